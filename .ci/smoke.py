@@ -1,0 +1,22 @@
+"""Use the installed wheel as a newcomer would, in an environment without torch."""
+
+import importlib.util
+
+import gymnasium as gym
+
+import clarke_gym
+
+assert importlib.util.find_spec("torch") is None, "this environment must not have torch"
+assert importlib.util.find_spec("agents") is None, "the wheel must not ship agents"
+for representation in ("raw", "clarke"):
+    env = gym.make("clarke_gym/Reach-v0", n_tendons=7, representation=representation)
+    env.reset(seed=0)
+    for _ in range(60):
+        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            env.reset()
+    env.close()
+envs = gym.make_vec("clarke_gym/Reach-v0", num_envs=16, n_tendons=11, representation="clarke")
+envs.reset(seed=0)
+envs.step(envs.action_space.sample())
+print(f"clarke_gym {clarke_gym.__version__}: the wheel works alone")

@@ -1,0 +1,46 @@
+# Every target creates the environment first, so a fresh clone needs Python 3.11, git and make alone.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.PHONY: help install compare test check format build docs benchmark clean
+
+help:  ## list the targets
+	@grep -E '^[a-z_]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+install: $(STAMP)  ## create .venv and install everything into it
+
+$(STAMP): pyproject.toml constraints.txt
+	@echo "==> creating the environment in $(VENV) with $(PYTHON)"
+	@test -x $(BIN)/python || "$(PYTHON)" -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[train,dev]"
+	@touch $@
+
+compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 10 minutes)
+	@echo "==> training raw against Clarke (configs/studies/quick.yaml); stop and start again at will, finished runs are kept"
+	@$(BIN)/python train.py study --config configs/studies/quick.yaml
+	@$(BIN)/python train.py report --study runs/quick
+
+test: $(STAMP)  ## the whole test suite
+	@echo "==> running the tests"
+	@$(BIN)/python -m pytest -n auto
+
+check: $(STAMP)  ## ruff and mypy
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+
+format: $(STAMP)  ## format and fix what ruff can fix
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+build: $(STAMP)  ## build the wheel, install it alone in a fresh environment, and use it there without torch
+	@bash .ci/build
+
+benchmark: $(STAMP)  ## speed, as ratios of medians inside one run
+	@$(BIN)/python -m benchmarks.env_speed
+
+clean:  ## remove caches and build output (never runs/)
+	@rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
