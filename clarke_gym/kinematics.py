@@ -109,7 +109,7 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     """Return the segments' own bending vectors from the Clarke coordinates of their tendons.
 
     Tendons of a distal segment pass through the proximal ones, so that
-    rho_bar_j = d_j (beta_1 + ... + beta_j); here beta_j = rho_bar_j / d_j - rho_bar_{j-1} / d_{j-1}.
+    rho_bar_j = d_j (beta_1 + ... + beta_j) and beta_j = rho_bar_j / d_j - rho_bar_i / d_i, i = j-1.
 
     Parameters
     ----------
@@ -412,7 +412,7 @@ def sample_dome(uniforms: NDArray[np.float64], max_bending: ArrayLike) -> FloatA
            [0. , 1.5]])
     """
     angles, areas = _dome_table()
-    total = np.interp(max_bending, angles, areas)
+    total = np.interp(np.asarray(max_bending, dtype=np.float64), angles, areas)
     phi = np.interp(uniforms[..., 0] * total, areas, angles)
     theta = 2.0 * np.pi * uniforms[..., 1]
     return np.stack([phi * np.cos(theta), phi * np.sin(theta)], axis=-1)

@@ -324,7 +324,7 @@ def make_robot(
     }
     given = {name: value for name, value in changes.items() if value is not None}
     if pitch_radius_m is not None:
-        given["tendon_radii_m"] = None
+        given["tendon_radii_m"] = None  # type: ignore[assignment]
     segments = tuple(
         replace(_with_tendons(segment, n_tendons), **given)  # type: ignore[arg-type]
         for segment in segments

@@ -1,0 +1,103 @@
+"""The keyword arguments of every environment: one place for names, defaults and checks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from clarke_gym.robots import Robot, make_robot, require_positive
+
+CONTROLS = ("increment", "absolute")
+PHYSICS = ("constant_curvature", "mujoco")
+TASKS = ("reach",)
+
+
+def require_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
+    """Refuse a value outside the allowed names."""
+    if value not in allowed:
+        raise ValueError(f"{name} must be one of {list(allowed)}, got {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvConfig:
+    """What an environment is built from. All values are names and numbers, so specs are JSON-able.
+
+    Parameters
+    ----------
+    task : str
+        "reach".
+    robot : str
+        A preset of `clarke_gym.robots.PRESETS`: "default", "two_segment", "hardware".
+    n_tendons : int, optional
+        Tendons of every segment, at least 3 (default: the preset's).
+    n_segments : int, optional
+        Number of equal segments (default: the preset's).
+    segment_length_m, pitch_radius_m, max_bending_rad : float, optional
+        Dimensions of every segment (default: the preset's).
+    physics : str
+        "constant_curvature" (taut tendons: off-manifold commands change nothing in the shape) or
+        "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).
+    control : str
+        "increment" (an action of 1 moves a tendon at its speed limit) or "absolute" (an action
+        of 1 asks for the largest displacement).
+    control_dt : float
+        Control period [s].
+    reward : str
+        "dense" (in [0, 1]) or "sparse" (0 on success, -1 otherwise).
+    success_tolerance : float
+        Tip error that counts as success, as a fraction of the robot's length.
+    random_start : bool
+        Start from a random shape; straight otherwise.
+    goal_env : bool
+        Observe a dictionary of ``observation``, ``achieved_goal`` and ``desired_goal``.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is impossible; the message names it and what is allowed.
+
+    Examples
+    --------
+    >>> EnvConfig(n_tendons=7).make_robot().n_joints
+    7
+    """
+
+    task: str = "reach"
+    robot: str = "default"
+    n_tendons: int | None = None
+    n_segments: int | None = None
+    segment_length_m: float | None = None
+    pitch_radius_m: float | None = None
+    max_bending_rad: float | None = None
+    physics: str = "constant_curvature"
+    control: str = "increment"
+    control_dt: float = 0.05
+    reward: str = "dense"
+    success_tolerance: float = 0.02
+    random_start: bool = True
+    goal_env: bool = False
+
+    def __post_init__(self) -> None:
+        require_choice("task", self.task, TASKS)
+        require_choice("physics", self.physics, PHYSICS)
+        require_choice("control", self.control, CONTROLS)
+        require_positive("control_dt", self.control_dt)
+        for name in ("random_start", "goal_env"):
+            if not isinstance(getattr(self, name), bool):
+                raise TypeError(f"{name} must be true or false, got {getattr(self, name)!r}")
+
+    @property
+    def render_fps(self) -> int:
+        """Frames a second at which a recording runs in real time."""
+        return max(1, math.floor(1.0 / self.control_dt + 0.5))
+
+    def make_robot(self) -> Robot:
+        """Return the robot that these numbers describe."""
+        return make_robot(
+            self.robot,
+            n_tendons=self.n_tendons,
+            n_segments=self.n_segments,
+            segment_length_m=self.segment_length_m,
+            pitch_radius_m=self.pitch_radius_m,
+            max_bending_rad=self.max_bending_rad,
+        )

@@ -1,0 +1,225 @@
+"""The vector environment: the batched core with Gymnasium's autoreset modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from clarke_gym._arrays import FloatArray
+from clarke_gym.envs.config import EnvConfig, require_choice
+from clarke_gym.envs.core import EnvCore, Observation
+from clarke_gym.envs.env import ContinuumRobotEnv, check_options, check_render_mode
+
+BoolArray = NDArray[np.bool_]
+
+AUTORESET_MODES = {
+    "next_step": AutoresetMode.NEXT_STEP,
+    "same_step": AutoresetMode.SAME_STEP,
+    "disabled": AutoresetMode.DISABLED,
+}
+
+
+class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
+    """A batch of tendon-driven continuum robots in raw joint space.
+
+    Sub-environment i owns its generator (seed + i) and equals the scalar environment of that seed
+    bit for bit.
+
+    Parameters
+    ----------
+    config : EnvConfig
+    num_envs : int
+        Batch size B, at least 1.
+    max_episode_steps : int, optional
+        Steps after which an episode is truncated; no limit by default.
+    autoreset_mode : {"next_step", "same_step", "disabled"}
+        When an ended episode starts again; "disabled" leaves it to
+        ``reset(options={"reset_mask": ...})``.
+    render_mode : str, optional
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range; the message names it and what is allowed.
+    """
+
+    def __init__(
+        self,
+        config: EnvConfig,
+        num_envs: int,
+        max_episode_steps: int | None = None,
+        autoreset_mode: str = "next_step",
+        render_mode: str | None = None,
+    ) -> None:
+        for name, value in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
+            if value is not None and (not isinstance(value, int) or value < 1):
+                raise ValueError(f"{name} must be a whole number >= 1, got {value!r}")
+        require_choice("autoreset_mode", autoreset_mode, tuple(AUTORESET_MODES))
+        self.autoreset_mode = AUTORESET_MODES[autoreset_mode]
+        self.metadata = {
+            **ContinuumRobotEnv.metadata,
+            "render_fps": config.render_fps,
+            "autoreset_mode": self.autoreset_mode,
+        }
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self.num_envs = num_envs
+        self.max_episode_steps = max_episode_steps
+        self.core = EnvCore(config, num_envs)
+        self.single_action_space = self.core.action_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        entries = self.core.observation_spaces()
+        self.single_observation_space = (
+            spaces.Dict(entries) if config.goal_env else entries["observation"]  # type: ignore[arg-type]
+        )
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._done = np.zeros(num_envs, dtype=bool)
+        self._all = np.arange(num_envs)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start new episodes.
+
+        Parameters
+        ----------
+        seed : int or sequence, optional
+            An int gives sub-environment i the seed + i; a sequence gives one entry each.
+        options : dict, optional
+            ``reset_mask``: bool array (B,), the environments to reset; all by default.
+            ``goal``: goals in SI units, for the environments that are reset.
+
+        Returns
+        -------
+        observations, infos
+        """
+        options = dict(options or {})
+        mask = self._check_mask(options.pop("reset_mask", None))
+        rows = self._all[mask]
+        for index, value in zip(rows, self._check_seed(seed)[mask], strict=True):
+            if value is not None:
+                self.core.streams.seed(int(index), int(value))
+        self.core.reset(rows, check_options(options, self.core.task.goal_size, len(rows)))
+        self._done[rows] = False
+        _, info = self.core.reward()
+        return self._observation(self.core.observe()), self._masked(info, mask)
+
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """Advance all environments by one control period under joint-space actions.
+
+        Parameters
+        ----------
+        actions : array_like, shape (B, N)
+
+        Returns
+        -------
+        observations, rewards, terminations, truncations, infos
+
+        Raises
+        ------
+        ValueError
+            If the actions have another shape or are not finite.
+        RuntimeError
+            If an episode has ended and autoreset is disabled.
+        """
+        joint = np.asarray(actions, dtype=np.float64)
+        if joint.shape != self.action_space.shape:
+            raise ValueError(
+                f"actions must have the shape {self.action_space.shape}, got {joint.shape}"
+            )
+        ended = self._done
+        if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
+            raise RuntimeError(
+                f"environments {self._all[ended].tolist()} have ended; reset them with "
+                "options={'reset_mask': ...} before the next step"
+            )
+        self.core.step(joint)
+        restart = (
+            self._all[ended] if self.autoreset_mode is AutoresetMode.NEXT_STEP else self._all[:0]
+        )
+        if len(restart):
+            self.core.reset(restart)
+        reward, info = self.core.reward()
+        terminated = info["diverged"]
+        truncated = np.zeros(self.num_envs, dtype=bool)
+        if self.max_episode_steps is not None:
+            truncated = self.core.steps >= self.max_episode_steps
+        if len(restart):
+            reward[restart] = 0.0
+        infos = self._masked(info, None)
+        self._done = terminated | truncated
+        observation = self.core.observe()
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._done.any():
+            rows = self._all[self._done]
+            infos["final_obs"] = self._final_observation(observation, rows)
+            infos["final_info"] = self._masked(info, self._done)
+            infos["_final_obs"] = infos["_final_info"] = self._done
+            self.core.reset(rows)
+            self._done = np.zeros(self.num_envs, dtype=bool)
+            observation = self.core.observe()
+            infos.update(self._masked(self.core.reward()[1], None))
+        return self._observation(observation), reward, terminated, truncated, infos
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
+        del info  # the reward depends on the goals alone
+        return self.core.task.reward(np.asarray(achieved_goal), np.asarray(desired_goal))[0]
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of everything that the future depends on, generators included."""
+        return {**self.core.state(), "done": self._done.copy()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Return to a state of `state()`, bit for bit."""
+        self.core.restore(state)
+        self._done = state["done"].copy()
+
+    def _observation(self, batch: Observation) -> Any:
+        return batch if self.core.config.goal_env else batch["observation"]
+
+    def _final_observation(self, batch: Observation, rows: NDArray[np.intp]) -> NDArray[Any]:
+        """Gymnasium's form: an object array with the last observation where an episode ended."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for row in rows:
+            one = {name: array[row].copy() for name, array in batch.items()}
+            final[row] = one if self.core.config.goal_env else one["observation"]
+        return final
+
+    def _masked(self, info: dict[str, Any], mask: BoolArray | None) -> dict[str, Any]:
+        """Add Gymnasium's ``_name`` masks, which tell the rows that hold a value."""
+        given = np.ones(self.num_envs, dtype=bool) if mask is None else mask
+        return {**info, **{f"_{name}": given for name in info}}
+
+    def _check_mask(self, mask: Any) -> BoolArray:
+        if mask is None:
+            return np.ones(self.num_envs, dtype=bool)
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            raise TypeError(f"options['reset_mask'] must be a bool array, got {mask!r}")
+        if mask.shape != (self.num_envs,) or not mask.any():
+            raise ValueError(
+                f"options['reset_mask'] must have the shape ({self.num_envs},) and at least one "
+                f"True, got {mask!r}"
+            )
+        return mask
+
+    def _check_seed(self, seed: int | Sequence[int | None] | None) -> NDArray[Any]:
+        seeds: list[int | None]
+        if seed is None or isinstance(seed, int | np.integer):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed must hold {self.num_envs} entries, got {len(seeds)}")
+        return np.array(seeds, dtype=object)

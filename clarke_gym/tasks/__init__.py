@@ -1,0 +1,1 @@
+"""Tasks: goal, observation, reward and success, over any physics."""

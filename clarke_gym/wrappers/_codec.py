@@ -1,0 +1,69 @@
+"""What the scalar wrappers and their vector twins share: spaces, and the coded observation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
+from clarke_gym.representations import Representation, make_representation
+
+
+def core_of(env: Any, wrapper: str) -> EnvCore:
+    """Return the core under any wrappers, or say that this is not one of our environments."""
+    core = getattr(env.unwrapped, "core", None)
+    if not isinstance(core, EnvCore):
+        raise TypeError(f"{wrapper} needs a clarke_gym environment, got {env!r}")
+    return core
+
+
+class ActionCodec:
+    """Decodes actions to joint space."""
+
+    def __init__(self, core: EnvCore, name: str) -> None:
+        self.representation = make_representation(name, core.robot)
+        self.space = spaces.Box(-1.0, 1.0, (self.representation.size,), np.float32)
+
+    def decode(self, action: ArrayLike) -> NDArray[np.float64]:
+        """Return the joint-space action in float64, so that it is on the manifold to rounding."""
+        array = np.asarray(action, dtype=np.float64)
+        if array.ndim == 0 or array.shape[-1] != self.representation.size:
+            raise ValueError(
+                f"action must have a last axis of {self.representation.size} for the "
+                f"representation {self.representation.name!r}, got shape {array.shape}"
+            )
+        return self.representation.decode(array)
+
+
+class ObservationCodec:
+    """Encodes the joint blocks that lead an observation; the task's part stays as it is."""
+
+    def __init__(self, core: EnvCore, name: str, space: spaces.Space[Any]) -> None:
+        self.representation: Representation = make_representation(name, core.robot)
+        self._joints = core.robot.n_joints
+        self._size = len(JOINT_BLOCKS) * self._joints
+        manifold, off = core.joint_bounds()
+        bound = self.representation.encoded_bound(core.robot, manifold, off)
+        inner = space["observation"] if isinstance(space, spaces.Dict) else space
+        high = np.concatenate([np.tile(bound, len(JOINT_BLOCKS)), inner.high[self._size :]])  # type: ignore[attr-defined]
+        # The factor covers float32 rounding of the encoding itself.
+        high = (high * (1.0 + 1e-6)).astype(np.float32)
+        box = spaces.Box(-high, high, dtype=np.float32)
+        self.space: spaces.Space[Any] = box
+        if isinstance(space, spaces.Dict):
+            self.space = spaces.Dict({**space.spaces, "observation": box})
+
+    def encode(self, observation: Any) -> Any:
+        """Return the observation with its joint blocks encoded, as new arrays."""
+        if isinstance(observation, dict):
+            return {**observation, "observation": self._encode(observation["observation"])}
+        return self._encode(observation)
+
+    def _encode(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
+        lead = rows.shape[:-1]
+        joints = rows[..., : self._size].reshape(*lead, len(JOINT_BLOCKS), self._joints)
+        coded = self.representation.encode(joints).reshape(*lead, -1)
+        return np.concatenate([coded, rows[..., self._size :]], axis=-1)

@@ -1,0 +1,97 @@
+"""Vector twins of the representation wrappers.
+
+Gymnasium's own vector observation wrapper refuses the SAME_STEP mode; these encode the final
+observations, too, so all modes work.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector.utils import batch_space
+
+from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
+
+_VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
+
+
+class RepresentationAction(gym.vector.VectorWrapper):
+    """Act in a representation of joint space.
+
+    Parameters
+    ----------
+    env : gymnasium.vector.VectorEnv
+        A clarke_gym vector environment.
+    representation : str
+        A name of `clarke_gym.representations.representation_names()`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `env` is another environment, or the representation does not exist for its robot.
+    """
+
+    def __init__(self, env: _VectorEnv, representation: str) -> None:
+        super().__init__(env)
+        self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
+        self.single_action_space = self._codec.space
+        self.action_space = batch_space(self._codec.space, self.num_envs)
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Decode the actions and advance."""
+        return self.env.step(self._codec.decode(actions))
+
+
+class RepresentationObservation(gym.vector.VectorWrapper):
+    """Observe joint space in a representation.
+
+    Parameters
+    ----------
+    env : gymnasium.vector.VectorEnv
+        A clarke_gym vector environment.
+    representation : str
+        A name of `clarke_gym.representations.representation_names()`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `env` is another environment, or the representation does not exist for its robot.
+    """
+
+    def __init__(self, env: _VectorEnv, representation: str) -> None:
+        super().__init__(env)
+        core = core_of(env, type(self).__name__)
+        self._codec = ObservationCodec(core, representation, env.single_observation_space)
+        self.single_observation_space = self._codec.space
+        self.observation_space = batch_space(self._codec.space, self.num_envs)
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        """Reset and encode."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        return self._codec.encode(observation), info
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Advance and encode, final observations included."""
+        observation, reward, terminated, truncated, info = self.env.step(actions)
+        if "final_obs" in info:
+            final = np.full(self.num_envs, None, dtype=object)
+            for row in np.flatnonzero(info["_final_obs"]):
+                final[row] = self._codec.encode(info["final_obs"][row])
+            info["final_obs"] = final
+        return self._codec.encode(observation), reward, terminated, truncated, info
+
+
+class ClarkeAction(RepresentationAction):
+    """Act in Clarke coordinates: two numbers a segment, whatever the number of tendons."""
+
+    def __init__(self, env: _VectorEnv) -> None:
+        super().__init__(env, "clarke")
+
+
+class ClarkeObservation(RepresentationObservation):
+    """Observe joint space in Clarke coordinates: two numbers a segment and joint block."""
+
+    def __init__(self, env: _VectorEnv) -> None:
+        super().__init__(env, "clarke")
