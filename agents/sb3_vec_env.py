@@ -1,0 +1,108 @@
+"""Adapter: a clarke_gym vector environment as a Stable-Baselines3 `VecEnv`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+
+class Sb3VecEnv(VecEnv):
+    """Step a Gymnasium vector environment under SB3's conventions.
+
+    SB3 resets an ended environment in the same step and wants its last observation in `info`.
+    The environment therefore runs with autoreset disabled and is reset here through its mask.
+
+    Parameters
+    ----------
+    env : gymnasium.vector.VectorEnv
+        With ``autoreset_mode="disabled"``.
+
+    Raises
+    ------
+    ValueError
+        If the environment resets itself.
+    """
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        if env.metadata.get("autoreset_mode") is not AutoresetMode.DISABLED:
+            raise ValueError('env must be made with autoreset_mode="disabled"')
+        self.env = env
+        self._actions: NDArray[Any] = np.empty(0)
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def reset(self) -> VecEnvObs:
+        """Reset every environment with the seeds of the last call of `seed`, once."""
+        observation, info = self.env.reset(seed=self._seeds)
+        self.reset_infos = [_row(info, i) for i in range(self.num_envs)]
+        self._reset_seeds()
+        self._reset_options()
+        return observation  # type: ignore[no-any-return]
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions for `step_wait`."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step, and reset what ended."""
+        observation, reward, terminated, truncated, info = self.env.step(self._actions)
+        done = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if done.any():
+            for i in np.flatnonzero(done):
+                infos[i] = _row(info, i)
+                infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
+                infos[i]["terminal_observation"] = _index(observation, i)
+            observation, _ = self.env.reset(options={"reset_mask": done})
+        return observation, reward.astype(np.float32), done, infos
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of the environment, once for each index."""
+        return [getattr(self.env.unwrapped, attr_name)] * len(self._indices(indices))
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the whole environment."""
+        if len(self._indices(indices)) != self.num_envs:
+            raise ValueError("attributes are shared: set_attr needs all indices")
+        setattr(self.env.unwrapped, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Return what a method of the environment returns, once for each index."""
+        result = getattr(self.env.unwrapped, method_name)(*method_args, **method_kwargs)
+        return [result] * len(self._indices(indices))
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
+    ) -> list[bool]:
+        """Return False: no scalar wrapper is inside a batched environment."""
+        del wrapper_class
+        return [False] * len(self._indices(indices))
+
+    def _indices(self, indices: VecEnvIndices) -> Sequence[int]:
+        return list(self._get_indices(indices))
+
+
+def _index(observation: Any, i: int) -> Any:
+    if isinstance(observation, dict):
+        return {name: array[i] for name, array in observation.items()}
+    return observation[i]
+
+
+def _row(info: dict[str, Any], i: int) -> dict[str, Any]:
+    return {name: array[i] for name, array in info.items() if not name.startswith("_")}
