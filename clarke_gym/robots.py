@@ -20,6 +20,34 @@ def require_positive(name: str, value: float) -> None:
         raise ValueError(f"{name} must be a positive finite number, got {value!r}")
 
 
+JOINT_TYPES = ("tendon", "rod", "bellows")
+
+
+@dataclass(frozen=True)
+class Material:
+    """Elastic constants of a backbone.
+
+    Parameters
+    ----------
+    youngs_modulus_pa, shear_modulus_pa : float
+        Moduli E and G [Pa].
+    density_kg_m3 : float
+        [kg/m^3].
+    """
+
+    youngs_modulus_pa: float
+    shear_modulus_pa: float
+    density_kg_m3: float
+
+
+MATERIALS = {
+    "nitinol": Material(54e9, 54e9 / 2.6, 6450.0),
+    "spring_steel": Material(200e9, 200e9 / 2.66, 7870.0),
+    "tpu": Material(70e6, 70e6 / 2.8, 1200.0),
+}
+"""Backbone materials by name; nu is 0.3, 0.33 and 0.4."""
+
+
 @dataclass(frozen=True)
 class Segment:
     """One segment: a slender backbone bent by tendons at a pitch radius.
@@ -48,6 +76,16 @@ class Segment:
         Spacer disks along the segment, the last one at its end.
     disk_mass_kg : float
         Mass of one disk [kg].
+    disk_thickness_m : float
+        Thickness of one disk [m]; all disks must fit into the segment.
+    joint_type : {"tendon", "rod", "bellows"}
+        What actuates the segment: tendons only pull; push-pull rods and bellows also push.
+    tendon_stiffness_n_m : float
+        Axial stiffness of one tendon, rod or bellows [N/m].
+    pretension_n : float
+        Tension of every tendon of the straight robot at rest [N].
+    damping_time_s : float
+        Ratio of the backbone's viscous to its elastic moduli (Kelvin and Voigt) [s].
 
     Raises
     ------
@@ -72,6 +110,11 @@ class Segment:
     density_kg_m3: float = 6450.0
     n_disks: int = 10
     disk_mass_kg: float = 2e-4
+    disk_thickness_m: float = 1e-3
+    joint_type: str = "tendon"
+    tendon_stiffness_n_m: float = 2e5
+    pretension_n: float = 10.0
+    damping_time_s: float = 0.01
 
     def __post_init__(self) -> None:
         n = check_tendon_count(self.n_tendons, "n_tendons")
@@ -83,14 +126,25 @@ class Segment:
             "youngs_modulus_pa",
             "shear_modulus_pa",
             "density_kg_m3",
+            "disk_thickness_m",
+            "tendon_stiffness_n_m",
         ):
             require_positive(name, getattr(self, name))
+        for name in ("disk_mass_kg", "pretension_n", "damping_time_s"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must be finite and >= 0, got {value!r}")
+        if self.joint_type not in JOINT_TYPES:
+            raise ValueError(f"joint_type must be one of {JOINT_TYPES}, got {self.joint_type!r}")
         if self.max_bending_rad >= 2.0 * math.pi:
             raise ValueError(f"max_bending_rad must be below 2 pi, got {self.max_bending_rad!r}")
         if not isinstance(self.n_disks, int) or self.n_disks < 1:
             raise ValueError(f"n_disks must be a whole number >= 1, got {self.n_disks!r}")
-        if not (math.isfinite(self.disk_mass_kg) and self.disk_mass_kg >= 0.0):
-            raise ValueError(f"disk_mass_kg must be finite and >= 0, got {self.disk_mass_kg!r}")
+        if self.n_disks * self.disk_thickness_m > self.length_m:
+            raise ValueError(
+                f"disks overlap: n_disks={self.n_disks} of disk_thickness_m="
+                f"{self.disk_thickness_m!r} do not fit into length_m={self.length_m!r}"
+            )
         for name in ("tendon_angles_rad", "tendon_radii_m"):
             values = getattr(self, name)
             if values is not None:

@@ -1,0 +1,328 @@
+"""MuJoCo physics: a batch of elastic robots with inertia, gravity and tendons that can go slack."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym._arrays import FloatArray, components, map_rows
+from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.mjcf import PROFILES, STANDARD_GRAVITY_M_S2, build_chain, choice
+from clarke_gym.physics.tendons import Drives, TendonSprings
+from clarke_gym.robots import Robot
+
+MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
+
+
+def substeps(control_dt: float, sim_dt: float | None, longest: float) -> int:
+    """Return how many time steps make one control period.
+
+    Parameters
+    ----------
+    control_dt : float
+        Control period [s].
+    sim_dt : float or None
+        Time step [s], which must divide the control period; None for the longest that does.
+    longest : float
+        Longest time step where `sim_dt` is None [s].
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ValueError
+        If a time is not positive or `sim_dt` does not divide `control_dt`.
+
+    Examples
+    --------
+    >>> substeps(0.05, None, 0.004), substeps(0.05, 0.01, 0.004)
+    (13, 5)
+    """
+    for name, value in (("control_dt", control_dt), ("sim_dt_s", sim_dt)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} must be a positive finite number, got {value!r}")
+    if sim_dt is None:
+        return max(1, math.ceil(control_dt / longest - 1e-9))
+    count = round(control_dt / sim_dt)
+    if count < 1 or abs(count * sim_dt - control_dt) > 1e-9 * control_dt:
+        raise ValueError(f"sim_dt_s={sim_dt!r} must divide the control period {control_dt!r} s")
+    return count
+
+
+class MujocoPhysics:
+    """A batch of robots simulated as serial chains of elastic hinges driven by tendons.
+
+    The drives follow their commands with the robot's first-order lag, as in the constant-curvature
+    physics, and ramp from one control step to the next. Tendons are springs with pretension that
+    only pull. With the profile "fast", a segment's taut tendons act as two springs along its Clarke
+    coordinates. Every step checks each tendon at each time step; a robot with a slack one repeats
+    the control step with all its tendons, so the result is that of the whole set of tendons.
+
+    Parameters
+    ----------
+    robot : Robot
+    num_envs : int
+        Batch size B.
+    control_dt : float
+        Control period [s].
+    profile : {"fast", "accurate"}
+    threads : int, optional
+        Threads to step on; all cores, at most one a robot, by default. Results do not depend on it.
+    sim_dt_s : float, optional
+        Time step [s]; must divide the control period.
+    routing : {"ideal", "chord"}
+        Tendons parallel to the backbone, or straight from disk to disk.
+    actuation : {"displacement", "tension"}
+        Whether commands are tendon displacements [m] or tendon tensions [N].
+    gravity_m_s2 : array_like, shape (3,)
+        In the world frame.
+    base_quaternion : array_like, shape (4,)
+        Orientation (w, x, y, z) of the base in the world; states are in the frame of the base.
+    payload_kg : float
+        Point mass at the tip.
+    scalar : bool
+        Report states as Python floats, for a batch of one.
+
+    Raises
+    ------
+    ValueError
+        If a choice is unknown, a number is impossible or `sim_dt_s` does not divide `control_dt`.
+
+    Examples
+    --------
+    >>> physics = MujocoPhysics(Robot(), 1, 0.05)
+    >>> physics.reset(np.array([0]), np.zeros((1, 1, 2)))
+    >>> for _ in range(20):
+    ...     physics.step(JointVector.from_clarke(np.array([[[0.005, 0.0]]])))
+    >>> float(physics.state.displacement.clarke[0, 0, 0].round(4))
+    0.005
+    """
+
+    displacement_bound = 1.25
+
+    def __init__(
+        self,
+        robot: Robot,
+        num_envs: int,
+        control_dt: float,
+        *,
+        profile: str = "fast",
+        threads: int | None = None,
+        sim_dt_s: float | None = None,
+        routing: str = "ideal",
+        actuation: str = "displacement",
+        gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
+        base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        payload_kg: float = 0.0,
+        scalar: bool = False,
+    ) -> None:
+        numbers = PROFILES[choice("profile", profile, tuple(PROFILES))]
+        self.robot = robot
+        self.num_envs = num_envs
+        self._scalar = scalar
+        self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
+        self._sim_dt = control_dt / self._substeps
+        self._profile = numbers
+        tau = robot.actuator_time_constant_s
+        self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+        if threads is None:
+            threads = min(num_envs, os.cpu_count() or 1)
+        elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+            raise ValueError(f"threads must be a whole number >= 1, got {threads!r}")
+        self._threads = threads
+        self._options: dict[str, Any] = {
+            "sim_dt_s": self._sim_dt,
+            "routing": routing,
+            "actuation": actuation,
+            "gravity_m_s2": gravity_m_s2,
+            "base_quaternion": base_quaternion,
+            "payload_kg": payload_kg,
+        }
+        self._profile = numbers
+        self._springs = TendonSprings(robot)
+        self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
+        self._tension_driven = actuation == "tension"
+        self._chord = routing == "chord"
+        self._watch_slack = self._engine.chain.folded and bool(self._springs.pulls_only.any())
+        chain = self._engine.chain
+        self._to_clarke = chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
+        self._ramp = (np.arange(1, self._substeps + 1) / self._substeps)[:, None]
+        self._drive = Drives(np.zeros((num_envs, robot.n_segments, 2)))
+        self._diverged = np.zeros(num_envs, dtype=bool)
+        self._state: RobotState | None = None
+        self.reset(np.arange(num_envs), self._drive.clarke)
+
+    @cached_property
+    def _whole(self) -> Engine:
+        """The same robots with all their tendons, for control steps in which one is slack."""
+        chain = build_chain(self.robot, self._profile, folded=False, **self._options)
+        return Engine(chain, self.num_envs, self._threads)
+
+    @property
+    def state(self) -> RobotState:
+        """The current state of all robots."""
+        if self._state is None:
+            tip = components(self._engine.tip_position(), self._scalar)
+            quaternion = components(self._engine.tip_quaternion(), self._scalar)
+            clarke, off = self._displacement()
+            displacement = JointVector.from_clarke(clarke, off, self._scalar)
+            self._state = RobotState(displacement, tip, quaternion, self._diverged)
+        return self._state
+
+    def _displacement(self) -> tuple[FloatArray, FloatArray | None]:
+        """Return the achieved displacements on (B, S, 2) and off (B, N) the manifold."""
+        robot, off = self.robot, None
+        if self._chord:
+            displacement = -self._engine.stretch()
+            clarke = map_rows(displacement, robot.encoder.T)
+            off = displacement - map_rows(clarke, robot.decoder.T)
+        else:
+            clarke = map_rows(self._engine.qpos, self._to_clarke)
+        return clarke.reshape(self.num_envs, robot.n_segments, 2), off
+
+    @property
+    def tension(self) -> FloatArray:
+        """Tension of every tendon [N], shape (B, N), from the current shape and drives."""
+        command = self._drive.joint(self.robot)
+        if self._tension_driven:
+            return command
+        return self._springs.tension(command, self.state.displacement.joint(self.robot))
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Rate of every tendon's displacement [m/s], shape (B, N), at the current state."""
+        if self._chord:
+            return -self._engine.stretch_rate()
+        rates = map_rows(self._engine.qvel, self._to_clarke)
+        return map_rows(rates, self.robot.decoder.T)
+
+    def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
+        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
+        self._drive.set_rows(rows, 0.0 if self._tension_driven else clarke)
+        self._diverged = self._diverged.copy()
+        self._diverged[rows] = False
+        bending = self._springs.equilibrium(clarke)
+        self._engine.qpos[rows] = map_rows(bending, self._engine.chain.shape.T)
+        self._engine.qvel[rows] = 0.0
+        self._refresh()
+
+    def step(self, command: JointVector) -> None:
+        """Advance all robots by one control period under the commanded displacements.
+
+        With the actuation "tension", `command` holds tensions [N] in the same two parts. Robots
+        that have diverged stay where they were until they are reset.
+        """
+        start, end = self._drive, self._approach(command)
+        engine = self._engine
+        before = engine.qpos.copy(), engine.qvel.copy()
+        rows = None if not self._diverged.any() else np.flatnonzero(~self._diverged)
+        if engine.chain.folded:
+            lengths = (
+                self._springs.folded_lengths(start.clarke),
+                self._springs.folded_lengths(end.clarke),
+            )
+            failed, record = engine.run(rows, *lengths, self._substeps, self._watch_slack)
+            if record is not None:
+                self._repeat_slack(rows, start, end, lengths, record, before, failed)
+        else:
+            failed, _ = engine.run(rows, *self._targets(start, end), self._substeps, False)
+        failed |= (np.abs(engine.qpos) > MAX_JOINT_ANGLE_RAD).any(1)
+        failed |= ~np.isfinite(engine.qvel).all(1)
+        if failed.any():
+            self._diverged = self._diverged | failed
+        if self._diverged.any():
+            engine.qpos[self._diverged] = before[0][self._diverged]
+            engine.qvel[self._diverged] = 0.0
+        self._drive = end
+        self._refresh()
+
+    def _targets(self, start: Drives, end: Drives) -> tuple[FloatArray, FloatArray]:
+        if self._tension_driven:
+            tension = end.joint(self.robot)
+            tension = np.where(self._springs.pulls_only, np.maximum(tension, 0.0), tension)
+            return tension, tension
+        straight = self._engine.straight if self._chord else 0.0
+        return straight + self._springs.lengths(start), straight + self._springs.lengths(end)
+
+    def _approach(self, command: JointVector) -> Drives:
+        """Return where the drives get to within one control period."""
+        drive, gain = self._drive, self._gain
+        target = Drives(command.clarke, command.off_manifold)
+        if self._tension_driven:
+            return target.rows(slice(None))
+        clarke = drive.clarke + gain * (target.clarke - drive.clarke)
+        if target.off_manifold is None and drive.off_manifold is None:
+            return Drives(clarke)
+        zero = np.zeros((self.num_envs, self.robot.n_joints))
+        old = zero if drive.off_manifold is None else drive.off_manifold
+        new = zero if target.off_manifold is None else target.off_manifold
+        return Drives(clarke, old + gain * (new - old))
+
+    def _repeat_slack(
+        self,
+        rows: NDArray[np.intp] | None,
+        start: Drives,
+        end: Drives,
+        lengths: tuple[FloatArray, FloatArray],
+        record: FloatArray,
+        before: tuple[FloatArray, FloatArray],
+        failed: NDArray[np.bool_],
+    ) -> None:
+        """Repeat the control step with all tendons for robots that had a slack one."""
+        pick = slice(None) if rows is None else rows
+        first, last = (part[pick][:, None, :] for part in lengths)
+        slack = self._springs.slack(
+            start.rows(pick), end.rows(pick), first + self._ramp * (last - first), record
+        )
+        if not slack.any():
+            return
+        again = np.flatnonzero(slack) if rows is None else rows[slack]
+        whole = self._whole
+        whole.qpos[again], whole.qvel[again] = before[0][again], before[1][again]
+        targets = self._springs.lengths(start), self._springs.lengths(end)
+        refailed, _ = whole.run(again, *targets, self._substeps, False)
+        self._engine.qpos[again], self._engine.qvel[again] = whole.qpos[again], whole.qvel[again]
+        failed[again] = refailed[again]
+
+    def _refresh(self) -> None:
+        self._engine.refresh()
+        self._state = None
+
+    def backbone(self, points: int) -> FloatArray:
+        """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
+        ends = np.cumsum(self.robot.lengths)
+        fractions = np.arange(1, points + 1) / points
+        stations = [
+            end - length * (1.0 - fractions)
+            for end, length in zip(ends, self.robot.lengths, strict=True)
+        ]
+        return self._engine.points(np.concatenate([[0.0], *stations]))
+
+    def get_state(self) -> dict[str, Any]:
+        """Return a copy of everything that the next step depends on."""
+        drive = self._drive.rows(slice(None))
+        return {
+            "qpos": self._engine.qpos.copy(),
+            "qvel": self._engine.qvel.copy(),
+            "drive_clarke": drive.clarke,
+            "drive_off_manifold": drive.off_manifold,
+            "diverged": self._diverged.copy(),
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Return to a state of `get_state`, bit for bit."""
+        self._engine.qpos[:] = state["qpos"]
+        self._engine.qvel[:] = state["qvel"]
+        drive = Drives(state["drive_clarke"], state["drive_off_manifold"])
+        self._drive = drive.rows(slice(None))
+        self._diverged = state["diverged"].copy()
+        self._refresh()

@@ -1,0 +1,200 @@
+"""The tendons' spring law, in joint space and folded into Clarke coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym.robots import Robot, Segment, block_diagonal
+
+
+@dataclass(slots=True)
+class Drives:
+    """What the drives of B robots hold: displacements [m] or tensions [N].
+
+    Parameters
+    ----------
+    clarke : ndarray, shape (B, S, 2)
+        The part on the manifold.
+    off_manifold : ndarray of shape (B, N), or None
+        The rest; None where no row has any.
+    """
+
+    clarke: FloatArray
+    off_manifold: FloatArray | None = None
+
+    def joint(self, robot: Robot) -> FloatArray:
+        """Return one number for every tendon, shape (B, N)."""
+        joint = map_rows(self.clarke.reshape(len(self.clarke), -1), robot.decoder.T)
+        return joint if self.off_manifold is None else joint + self.off_manifold
+
+    def rows(self, pick: slice | NDArray[np.intp]) -> Drives:
+        """Return a copy of some robots' drives."""
+        off = self.off_manifold
+        return Drives(self.clarke[pick].copy(), None if off is None else off[pick].copy())
+
+    def set_rows(self, rows: NDArray[np.intp], clarke: FloatArray | float) -> None:
+        """Put some robots' drives at the Clarke coordinates `clarke` (rows, S, 2)."""
+        self.clarke[rows] = clarke
+        if self.off_manifold is not None:
+            self.off_manifold[rows] = 0.0
+
+
+def tendon_offsets(segment: Segment) -> FloatArray:
+    """Return where the tendons pierce a disk [m], shape (n, 2)."""
+    return segment.pitch_radius_m * segment.matrices[1]
+
+
+def folded_axes(segment: Segment) -> tuple[FloatArray, FloatArray]:
+    r"""Return the two virtual tendons that stand for a segment's n taut ones.
+
+    n springs of stiffness k at the offsets :math:`A = dD` resist a bending sum B with the moment
+    :math:`k A^T A B`. Two springs along the eigenvectors of :math:`D^T D`, with k times its
+    eigenvalues for stiffness and pitch radius d, do the same; for a symmetric ring both
+    eigenvalues are n/2 and the two lengths are the Clarke coordinates.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    eigenvalues : ndarray, shape (2,)
+    eigenvectors : ndarray, shape (2, 2)
+        One a row.
+
+    Examples
+    --------
+    >>> folded_axes(Segment(n_tendons=8))[0].round(12)
+    array([4., 4.])
+    """
+    decoder = segment.matrices[1]
+    gram = decoder.T @ decoder
+    if np.allclose(gram, gram[0, 0] * np.eye(2), rtol=0.0, atol=1e-12 * gram[0, 0]):
+        return np.diag(gram).copy(), np.eye(2)  # keeps the virtual tendons sparse
+    values, vectors = np.linalg.eigh(gram)
+    return values, vectors.T
+
+
+class TendonSprings:
+    r"""Linear springs between the drives and a robot's disks.
+
+    A tendon of stiffness k and pretension :math:`T_0` whose drive has pulled in :math:`\rho_c`
+    while the shape takes up :math:`\rho` carries :math:`T = T_0 + k(\rho_c - \rho)`, or nothing
+    where a tendon would have to push.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Examples
+    --------
+    >>> springs = TendonSprings(Robot())
+    >>> springs.tension(np.zeros((1, 3)), np.array([[1e-5, 0.0, 1e-3]]))
+    array([[ 8., 10.,  0.]])
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        segments, counts = robot.segments, robot.n_tendons
+        self.robot = robot
+        self.stiffness = np.repeat([s.tendon_stiffness_n_m for s in segments], counts)
+        self.pretension = np.repeat([s.pretension_n for s in segments], counts)
+        self.pulls_only = np.repeat([s.joint_type == "tendon" for s in segments], counts)
+        self._last = np.cumsum(counts) - 1
+        self._first = self._last - np.array(counts) + 1
+        self._pulling = np.array([s.joint_type == "tendon" for s in segments])
+        preload = self.pretension / self.stiffness
+        self._preload = np.array([s.pretension_n / s.tendon_stiffness_n_m for s in segments])
+        # How far a tendon's stretch can exceed the magnitude of the Clarke coordinates.
+        self._gain = np.array([s.radii.max() / s.pitch_radius_m for s in segments])
+        rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
+        self._fold = -rotation.T
+        self._unfold = rotation
+        self._folded_preload = preload @ robot.encoder.T @ self._fold
+        self._shape, self._shape_offset = self._equilibrium(preload)
+
+    def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
+        robot = self.robot
+        flexural = [
+            s.youngs_modulus_pa * np.pi * s.backbone_diameter_m**4 / 64.0 / s.length_m
+            for s in robot.segments
+        ]
+        sums = np.kron(np.tril(np.ones((robot.n_segments,) * 2)), np.eye(2))
+        # Displacement of every tendon per bending of every segment.
+        moments = (robot.decoder * np.repeat(robot.pitch_radii, 2)) @ sums
+        pull = moments.T * self.stiffness
+        matrix = np.linalg.inv(pull @ moments + np.diag(np.repeat(flexural, 2))) @ pull
+        return matrix @ robot.decoder, matrix @ preload
+
+    def equilibrium(self, clarke: FloatArray) -> FloatArray:
+        """Return the bending at which taut tendons balance an unloaded backbone.
+
+        Parameters
+        ----------
+        clarke : ndarray, shape (B, S, 2)
+            Commanded Clarke coordinates [m].
+
+        Returns
+        -------
+        ndarray, shape (B, 2S)
+            Bending vectors of the segments [rad].
+        """
+        rows = np.ascontiguousarray(clarke, dtype=np.float64).reshape(len(clarke), -1)
+        return map_rows(rows, self._shape.T) + self._shape_offset
+
+    def tension(self, command: FloatArray, displacement: FloatArray) -> FloatArray:
+        """Return the tensions [N], shape (B, N), from commanded and achieved displacements."""
+        tension = self.pretension + self.stiffness * (command - displacement)
+        return np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
+
+    def lengths(self, command: Drives) -> FloatArray:
+        """Return the commanded change of every tendon's length [m], shape (B, N)."""
+        return -command.joint(self.robot) - self.pretension / self.stiffness
+
+    def folded_lengths(self, clarke: FloatArray) -> FloatArray:
+        """Return the commanded lengths of the virtual tendons [m], shape (B, 2S)."""
+        rows = np.ascontiguousarray(clarke).reshape(len(clarke), -1)
+        return map_rows(rows, self._fold) + self._folded_preload
+
+    def slack(
+        self, start: Drives, end: Drives, command: FloatArray, length: FloatArray
+    ) -> FloatArray:
+        """Return which robots had a tendon that carried nothing in one of K time steps.
+
+        Parameters
+        ----------
+        start, end : Drives
+            The drives before and after the K steps, of B robots.
+        command, length : ndarray, shape (B, K, 2S)
+            Commanded and actual lengths of the virtual tendons in every step [m].
+
+        Returns
+        -------
+        ndarray of bool, shape (B,)
+        """
+        robot = self.robot
+        batch, steps = command.shape[:2]
+        gap = length - command + self._folded_preload
+        square = (gap * gap).reshape(batch, steps, robot.n_segments, 2).sum(-1).max(1)
+        off = [part.off_manifold for part in (start, end)]
+        lowest: FloatArray | float = 0.0
+        for part in off:
+            if part is not None:
+                lowest = np.minimum(lowest, np.minimum.reduceat(part, self._first, axis=1))
+        # Enough for all tendons of a segment, at a cost that does not grow with their number.
+        room = np.maximum(self._preload + lowest, 0.0)
+        doubtful = ((square * self._gain**2 > room * room) & self._pulling).any(1)
+        result = np.zeros(batch, dtype=bool)
+        for row in np.flatnonzero(doubtful):
+            stretch = map_rows(gap[row], self._unfold) @ robot.decoder.T
+            ramp = (np.arange(1, steps + 1) / steps)[:, None]
+            for part, weight in zip(off, (1.0 - ramp, ramp), strict=True):
+                if part is not None:
+                    stretch = stretch + weight * part[row]
+            tension = self.pretension + self.stiffness * stretch
+            result[row] = bool((tension[:, self.pulls_only] < 0.0).any())
+        return result
