@@ -113,12 +113,19 @@ def _report(command: Report) -> int:
 
 def main() -> int:
     """Run the command line; expected errors are one line, not a traceback."""
-    command = tyro.cli(Command, description=__doc__)  # type: ignore[call-overload]
+    command: Train | Evaluate | Study | Report = tyro.cli(Command, description=__doc__)  # type: ignore[arg-type]
     from agents.config import ConfigError
 
-    actions = {Train: _train, Evaluate: _evaluate, Study: _study, Report: _report}
     try:
-        return actions[type(command)](command)
+        match command:
+            case Train():
+                return _train(command)
+            case Evaluate():
+                return _evaluate(command)
+            case Study():
+                return _study(command)
+            case Report():
+                return _report(command)
     except (ConfigError, RuntimeError, ValueError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

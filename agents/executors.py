@@ -50,7 +50,7 @@ def _work(job: Job) -> str | None:
 
 
 def run_pool(
-    jobs: list[Job], workers: int, report: Callable[[int], None]
+    jobs: list[Job], workers: int, report: Callable[[int], object]
 ) -> Iterator[tuple[Job, str | None]]:
     """Train all jobs in a process pool.
 

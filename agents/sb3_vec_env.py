@@ -39,11 +39,12 @@ class Sb3VecEnv(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Reset every environment with the seeds of the last call of `seed`, once."""
-        observation, info = self.env.reset(seed=self._seeds)
+        observation, info = self.env.reset(seed=self._seeds)  # type: ignore[arg-type]
         self.reset_infos = [_row(info, i) for i in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
-        return observation  # type: ignore[no-any-return]
+        result: VecEnvObs = observation
+        return result
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Keep the actions for `step_wait`."""
@@ -55,7 +56,7 @@ class Sb3VecEnv(VecEnv):
         done = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if done.any():
-            for i in np.flatnonzero(done):
+            for i in np.flatnonzero(done).tolist():
                 infos[i] = _row(info, i)
                 infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
                 infos[i]["terminal_observation"] = _index(observation, i)

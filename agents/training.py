@@ -27,7 +27,7 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "td3": TD3
 
 DONE, FAILED = "DONE", "FAILED"
 
-ProgressHook = Callable[[int], None]
+ProgressHook = Callable[[int], object]
 """Called with the number of environment steps done since the last call."""
 
 

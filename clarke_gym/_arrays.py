@@ -1,24 +1,59 @@
-"""What lets one formula serve NumPy and torch arrays, and batches of any size bit for bit."""
+"""What lets one formula serve floats, NumPy and torch arrays, and any batch size bit for bit."""
 
 from __future__ import annotations
 
+import math
+import struct
 import sys
-from types import ModuleType
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 Array: TypeAlias = Any
 """A NumPy array or a torch tensor; functions return the kind that they were given."""
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-ROW_BLOCK = 16
+Number: TypeAlias = Any
+"""One component of a batch: a float for a batch of one, or an array of shape (B,)."""
+
+ROW_BLOCK = 64
 
 
-def namespace(*arrays: Array) -> ModuleType:
-    """Return torch if any argument is a torch tensor, otherwise NumPy (torch is never imported)."""
+class FloatMath:
+    """The functions that formulas need, for Python floats.
+
+    A NumPy call on one number costs as much as thirty operations on floats. Roots are exact in
+    both; the other functions go through NumPy, so that a float gets the bits of a batch.
+    """
+
+    pi = math.pi
+    sqrt = staticmethod(math.sqrt)
+    maximum = staticmethod(max)
+    minimum = staticmethod(min)
+
+    @staticmethod
+    def cos(x: float) -> float:
+        """Return the cosine."""
+        return float(np.cos(x))
+
+    @staticmethod
+    def sin(x: float) -> float:
+        """Return the sine."""
+        return float(np.sin(x))
+
+    @staticmethod
+    def exp(x: float) -> float:
+        """Return the exponential."""
+        return float(np.exp(x))
+
+
+def namespace(*arrays: Array) -> Any:
+    """Return the functions for these operands: `FloatMath`, NumPy or torch (never imported)."""
+    if isinstance(arrays[0], float):
+        return FloatMath
     torch = sys.modules.get("torch")
     if torch is not None and any(isinstance(array, torch.Tensor) for array in arrays):
         return torch
@@ -53,6 +88,62 @@ def matrix_like(matrix: FloatArray, like: Array) -> Array:
     return xp.as_tensor(matrix.copy(), dtype=like.dtype, device=like.device)
 
 
+def float64(part: Number) -> Number:
+    """Return a component in double precision."""
+    return part if isinstance(part, float) else part.astype(np.float64)
+
+
+_SINGLE = struct.Struct("f")
+
+
+def float32(part: Number) -> Number:
+    """Return a component rounded to single precision; a float stays a float."""
+    if isinstance(part, float):
+        rounded: float = _SINGLE.unpack(_SINGLE.pack(part))[0]
+        return rounded
+    return part.astype(np.float32)
+
+
+def components(rows: NDArray[Any], scalar: bool) -> list[Number]:
+    """Return the columns of a (B, k) array: k floats for the scalar environment, or k arrays."""
+    return rows[0].tolist() if scalar else list(np.ascontiguousarray(rows.T))
+
+
+def from_components(parts: Sequence[Number], dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """Return the (B, k) array of k components."""
+    if isinstance(parts[0], float):
+        return np.array([parts], dtype)
+    result = np.empty((len(parts[0]), len(parts)), dtype)
+    for k, part in enumerate(parts):
+        result[:, k] = part
+    return result
+
+
+def map_components(parts: Sequence[Number], matrix: NDArray[Any]) -> NDArray[Any]:
+    """Return ``from_components(parts) @ matrix``, with the same promise as `map_rows`.
+
+    Parameters
+    ----------
+    parts : sequence of k components
+    matrix : ndarray, shape (k, m)
+        Its dtype is the precision of the result.
+
+    Returns
+    -------
+    ndarray, shape (B, m)
+    """
+    if isinstance(parts[0], float):
+        single = np.zeros((len(parts), ROW_BLOCK), matrix.dtype)
+        single[:, 0] = parts
+        return (single.T @ matrix)[:1]
+    count = len(parts[0])
+    columns = np.zeros((len(parts), count + -count % ROW_BLOCK), matrix.dtype)
+    for k, part in enumerate(parts):
+        columns[k, :count] = part
+    blocks = columns.reshape(len(parts), -1, ROW_BLOCK).transpose(1, 2, 0) @ matrix
+    return blocks.reshape(-1, matrix.shape[1])[:count]
+
+
 def map_rows(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
     """Return ``rows @ matrix`` with each row's bits independent of how many rows there are.
 
@@ -70,6 +161,10 @@ def map_rows(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
     ndarray, shape (B, m)
     """
     count, width = rows.shape
+    if count <= ROW_BLOCK:
+        padded = np.zeros((ROW_BLOCK, width), rows.dtype)
+        padded[:count] = rows
+        return (padded @ matrix)[:count]
     padding = -count % ROW_BLOCK
     if padding:
         padded = np.zeros((count + padding, width), rows.dtype)

@@ -12,14 +12,20 @@ and the bending angle :math:`\phi = |\beta|`. With :math:`h = \sin(\phi/2)/\phi`
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import Array, FloatArray, as_floating, namespace
+from clarke_gym._arrays import Array, FloatArray, FloatMath, Number, as_floating, namespace
 
 _SERIES_TERMS = 10
+_TINY_32 = np.finfo(np.float32).tiny
+_TINY_64 = float(np.finfo(np.float64).tiny)
+
+Components = tuple[Number, ...]
+"""Coordinates of a vector or quaternion, each a float or an array."""
 
 
 def half_angle_functions(squared_angle: Array) -> tuple[Array, Array]:
@@ -41,10 +47,11 @@ def half_angle_functions(squared_angle: Array) -> tuple[Array, Array]:
     (array([1.000000e+00, 6.123234e-17]), array([0.5       , 0.31830989]))
     """
     xp = namespace(squared_angle)
-    if xp is np:
-        half = 0.5 * np.sqrt(squared_angle)
-        safe = np.maximum(half, np.finfo(half.dtype).tiny)  # sin(t)/t is exactly 1 there
-        return np.cos(half), np.sin(safe) / (2.0 * safe)
+    if xp is np or xp is FloatMath:
+        half = 0.5 * xp.sqrt(squared_angle)
+        tiny = _TINY_32 if getattr(half, "dtype", None) == np.float32 else _TINY_64
+        safe = xp.maximum(half, tiny)  # sin(t)/t is exactly 1 there
+        return xp.cos(half), xp.sin(safe) / (2.0 * safe)
     # Autodiff through sqrt(u) is not finite at 0: below u = 1 use the Taylor series in u itself.
     near = squared_angle < 1.0
     small = xp.where(near, squared_angle, xp.zeros_like(squared_angle)) / 4.0
@@ -64,6 +71,34 @@ def _check_bending(bending: Array) -> Array:
     if bending.ndim == 0 or bending.shape[-1] != 2:
         raise ValueError(f"bending must have a last axis of 2, got shape {tuple(bending.shape)}")
     return bending
+
+
+def arc_pose(x: Number, y: Number, length: Number) -> tuple[Components, Components]:
+    """Return position and quaternion of an arc's end, by components.
+
+    Parameters
+    ----------
+    x, y : float or array
+        Components of the bending vector [rad].
+    length : float or array
+        Arc length l [m].
+
+    Returns
+    -------
+    position : tuple of 3
+        [m].
+    quaternion : tuple of 4
+        Unit quaternion (w, x, y, z).
+
+    Examples
+    --------
+    >>> arc_pose(0.0, 0.0, 0.2)[0]
+    (0.0, 0.0, 0.2)
+    """
+    cosine, h = half_angle_functions(x * x + y * y)
+    xh, yh = x * h, y * h
+    scale = 2.0 * length * h
+    return (scale * xh, scale * yh, scale * cosine), (cosine, -yh, xh, 0.0 * xh)
 
 
 def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
@@ -96,13 +131,8 @@ def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
     """
     bending = _check_bending(bending)
     xp = namespace(bending)
-    x, y = bending[..., 0], bending[..., 1]
-    cosine, h = half_angle_functions(x * x + y * y)
-    xh, yh = x * h, y * h
-    scale = 2.0 * length * h
-    position = xp.stack([scale * xh, scale * yh, scale * cosine], -1)
-    quaternion = xp.stack([cosine, -yh, xh, xp.zeros_like(xh)], -1)
-    return position, quaternion
+    position, quaternion = arc_pose(bending[..., 0], bending[..., 1], length)
+    return xp.stack(position, -1), xp.stack(quaternion, -1)
 
 
 def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
@@ -130,10 +160,17 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     array([1., 2.])
     """
     xp = namespace(clarke)
-    sums = clarke / pitch_radii[:, None]
-    if sums.shape[-2] == 1:
+    pairs = [_split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
+    return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, pitch_radii)], -2)
+
+
+def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
+    """Do the same by components: S pairs in, S pairs out."""
+    sums = [(x / d, y / d) for (x, y), d in zip(pairs, pitch_radii, strict=True)]
+    if len(sums) == 1:
         return sums
-    return xp.concat([sums[..., :1, :], sums[..., 1:, :] - sums[..., :-1, :]], -2)
+    steps = zip(sums[1:], sums[:-1], strict=True)
+    return [sums[0], *((x - a, y - b) for (x, y), (a, b) in steps)]
 
 
 def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
@@ -157,7 +194,16 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
     array([0.01, 0.03])
     """
     xp = namespace(bending)
-    return xp.cumsum(bending, -2) * pitch_radii[:, None]
+    pairs = [_split(bending[..., k, :]) for k in range(bending.shape[-2])]
+    return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, pitch_radii)], -2)
+
+
+def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
+    """Do the same by components: S pairs in, S pairs out."""
+    sums = [pairs[0]]
+    for x, y in pairs[1:]:
+        sums.append((sums[-1][0] + x, sums[-1][1] + y))
+    return [(x * d, y * d) for (x, y), d in zip(sums, pitch_radii, strict=True)]
 
 
 def quaternion_multiply(first: Array, second: Array) -> Array:
@@ -177,16 +223,32 @@ def quaternion_multiply(first: Array, second: Array) -> Array:
     array([0., 0., 0., 1.])
     """
     xp = namespace(first, second)
-    a, b, c, d = (first[..., i] for i in range(4))
-    w, x, y, z = (second[..., i] for i in range(4))
-    return xp.stack(
-        [
-            a * w - b * x - c * y - d * z,
-            a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x,
-            a * z + b * y - c * x + d * w,
-        ],
-        -1,
+    return xp.stack(_product(_split(first), _split(second)), -1)
+
+
+def _split(array: Array) -> Components:
+    return tuple(array[..., i] for i in range(array.shape[-1]))
+
+
+def _product(first: Components, second: Components) -> Components:
+    a, b, c, d = first
+    w, x, y, z = second
+    return (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    )
+
+
+def _turned(quaternion: Components, vector: Components) -> Components:
+    w, a, b, c = quaternion
+    x, y, z = vector
+    tx, ty, tz = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)
+    return (
+        x + w * tx + b * tz - c * ty,
+        y + w * ty + c * tx - a * tz,
+        z + w * tz + a * ty - b * tx,
     )
 
 
@@ -209,17 +271,7 @@ def rotate(quaternion: Array, vector: Array) -> Array:
     array([0., 1., 0.])
     """
     xp = namespace(quaternion, vector)
-    w, a, b, c = (quaternion[..., i] for i in range(4))
-    x, y, z = (vector[..., i] for i in range(3))
-    tx, ty, tz = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)
-    return xp.stack(
-        [
-            x + w * tx + b * tz - c * ty,
-            y + w * ty + c * tx - a * tz,
-            z + w * tz + a * ty - b * tx,
-        ],
-        -1,
-    )
+    return xp.stack(_turned(_split(quaternion), _split(vector)), -1)
 
 
 def _check_segments(bending: Array, lengths: Array) -> tuple[Array, Array]:
@@ -261,13 +313,40 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     array([0. , 0. , 0.3])
     """
     bending, lengths = _check_segments(bending, lengths)
-    position, quaternion = segment_pose(bending[..., 0, :], lengths[0])
-    positions, quaternions = [position], [quaternion]
+    xp = namespace(bending)
+    pairs = [_split(bending[..., k, :]) for k in range(len(lengths))]
+    poses = chain_poses(pairs, lengths)
+    return [xp.stack(p, -1) for p, _ in poses], [xp.stack(q, -1) for _, q in poses]
+
+
+def chain_poses(pairs: Sequence[Components], lengths: Array) -> list[tuple[Components, Components]]:
+    """Return the poses of all segments' ends, by components.
+
+    Parameters
+    ----------
+    pairs : sequence of S pairs
+        Components (x, y) of each segment's bending vector [rad].
+    lengths : sequence of S
+        Segment lengths [m].
+
+    Returns
+    -------
+    list of S (position, quaternion)
+        In the base frame, base to tip.
+
+    Examples
+    --------
+    >>> chain_poses([(0.0, 0.0), (0.0, 0.0)], [0.25, 0.5])[1][0]
+    (0.0, 0.0, 0.75)
+    """
+    poses = [arc_pose(pairs[0][0], pairs[0][1], lengths[0])]
     for k in range(1, len(lengths)):
-        step, turn = segment_pose(bending[..., k, :], lengths[k])
-        positions.append(positions[-1] + rotate(quaternions[-1], step))
-        quaternions.append(quaternion_multiply(quaternions[-1], turn))
-    return positions, quaternions
+        position, quaternion = poses[-1]
+        step, turn = arc_pose(pairs[k][0], pairs[k][1], lengths[k])
+        moved = _turned(quaternion, step)
+        position = tuple(a + b for a, b in zip(position, moved, strict=True))
+        poses.append((position, _product(quaternion, turn)))
+    return poses
 
 
 def forward(bending: Array, lengths: Array) -> tuple[Array, Array]:

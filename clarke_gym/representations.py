@@ -22,6 +22,7 @@ name               k     coordinates of one segment with n tendons
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -47,9 +48,9 @@ def _raw(segment: Segment) -> _LinearMaps:
 
 
 def _raw_scaled(segment: Segment) -> _LinearMaps:
-    gain = float(np.sqrt(segment.n_tendons / 2.0))
-    identity = np.eye(segment.n_tendons)
-    return gain * identity, identity / gain
+    gain = math.sqrt(segment.n_tendons / 2.0)
+    decoder: FloatArray = gain * np.eye(segment.n_tendons)
+    return decoder, np.linalg.inv(decoder)
 
 
 def _projected(segment: Segment) -> _LinearMaps:
@@ -69,7 +70,7 @@ def _on_manifold(segment: Segment, basis: FloatArray) -> _LinearMaps:
 
 
 def _rotated(segment: Segment) -> _LinearMaps:
-    c, s = np.cos(ROTATION_RAD), np.sin(ROTATION_RAD)
+    c, s = math.cos(ROTATION_RAD), math.sin(ROTATION_RAD)
     return _on_manifold(segment, np.array([[c, -s], [s, c]]))
 
 
@@ -77,12 +78,13 @@ def _two_tendon(segment: Segment) -> _LinearMaps:
     decoder = segment.matrices[1]
     sines = np.abs(np.sin(segment.angles - segment.angles[0]))
     second = int(np.argmax(sines.round(12)))  # the first of equals, whatever the rounding
-    return _on_manifold(segment, np.linalg.inv(decoder[[0, second]]))
+    basis: FloatArray = np.linalg.inv(decoder[[0, second]])
+    return _on_manifold(segment, basis)
 
 
 def _random_basis(segment: Segment) -> _LinearMaps:
     left, right = (np.linalg.qr(m)[0] for m in np.random.default_rng(7).normal(size=(2, 2, 2)))
-    root = float(np.sqrt(RANDOM_BASIS_CONDITION))
+    root = math.sqrt(RANDOM_BASIS_CONDITION)
     basis: FloatArray = left @ np.diag([root, 1.0 / root]) @ right
     return _on_manifold(segment, basis)
 
@@ -192,10 +194,7 @@ class Representation:
         rows = _rows(joints, self.n_joints, "joints")
         result = map_rows(rows, self.encoder.T.astype(rows.dtype, copy=False))
         if self.polar:
-            x, y = result[:, 0::2], result[:, 1::2]
-            result = np.empty_like(result)
-            result[:, 0::2] = 2.0 * np.sqrt(x * x + y * y) - 1.0
-            result[:, 1::2] = np.arctan2(y, x) / np.pi
+            to_polar(result)
         return result.reshape(*joints.shape[:-1], self.size)
 
     def encoded_bound(self, robot: Robot, manifold: float, off_manifold: FloatArray) -> FloatArray:
@@ -223,6 +222,13 @@ class Representation:
             bound[0::2] = np.maximum(1.0, 2.0 * np.hypot(bound[0::2], bound[1::2]) - 1.0)
             bound[1::2] = 1.0
         return bound
+
+
+def to_polar(pairs: NDArray[Any]) -> None:
+    """Turn pairs (x, y) along the last axis into (2 r - 1, angle / pi), in place."""
+    x, y = pairs[..., 0::2].copy(), pairs[..., 1::2].copy()
+    pairs[..., 0::2] = 2.0 * np.sqrt(x * x + y * y) - 1.0
+    pairs[..., 1::2] = np.arctan2(y, x) / np.pi
 
 
 def _rows(array: NDArray[Any], width: int, name: str) -> NDArray[Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import numpy as np
@@ -10,13 +9,13 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym._arrays import FloatArray, Number, components, from_components, map_components
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.envs.uniforms import UniformStreams
 from clarke_gym.physics.base import JointVector, Physics
-from clarke_gym.physics.constant_curvature import ConstantCurvature
-from clarke_gym.robots import Robot
+from clarke_gym.physics.constant_curvature import ConstantCurvature, replaced_rows
+from clarke_gym.robots import Robot, block_diagonal
 from clarke_gym.tasks.base import Task
 from clarke_gym.tasks.reach import Reach
 
@@ -29,12 +28,12 @@ BOUND_MARGIN = 1.0 + 1e-5
 Observation = dict[str, NDArray[np.float32]]
 
 
-def _make_physics(config: EnvConfig, robot: Robot, num_envs: int) -> Physics:
+def _make_physics(config: EnvConfig, robot: Robot, num_envs: int, scalar: bool) -> Physics:
     if config.physics == "mujoco":
         from clarke_gym.physics.mujoco import MujocoPhysics  # needs the simulator
 
         return MujocoPhysics(robot, num_envs, config.control_dt)
-    return ConstantCurvature(robot, num_envs, config.control_dt)
+    return ConstantCurvature(robot, num_envs, config.control_dt, scalar)
 
 
 def _make_task(config: EnvConfig, robot: Robot) -> Task:
@@ -58,24 +57,39 @@ class EnvCore:
     config : EnvConfig
     num_envs : int
         Batch size B.
+    scalar : bool
+        Compute a batch of one with Python floats; same formulas, same bits, less overhead.
     """
 
-    def __init__(self, config: EnvConfig, num_envs: int) -> None:
+    def __init__(self, config: EnvConfig, num_envs: int, scalar: bool = False) -> None:
         self.config = config
         self.num_envs = num_envs
+        self._scalar = scalar
         self.robot = robot = config.make_robot()
-        self.physics = _make_physics(config, robot, num_envs)
+        self.physics = _make_physics(config, robot, num_envs, scalar)
         self.task = _make_task(config, robot)
         self.streams = UniformStreams(num_envs, self.task.n_uniforms)
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.goal = np.zeros((num_envs, self.task.goal_size))
-        self._limits = CommandLimits(robot, config.control, config.control_dt)
-        self._desired = self.task.scale_goal(self.goal)
-        self._command = JointVector(np.zeros((num_envs, robot.n_segments, 2)))
+        self._limits = CommandLimits(robot, config.control, config.control_dt, scalar)
+        self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
+        start = np.zeros((num_envs, robot.n_segments, 2))
+        self._command = JointVector.from_clarke(start, scalar=scalar)
         scale = np.repeat(robot.max_clarke, robot.n_tendons)
-        decoder = (robot.decoder / scale[:, None]).T.astype(np.float32)
-        self._joint_decoder = np.kron(np.eye(len(JOINT_BLOCKS), dtype=np.float32), decoder)
+        self._assemble = self._assembly(robot.decoder / scale[:, None])
         self._off_manifold_scale = (1.0 / scale).astype(np.float32)
+
+    def _assembly(self, decoder: FloatArray) -> NDArray[np.float32]:
+        """Return the matrix that makes an observation of its parts in one product.
+
+        Joint blocks come from Clarke coordinates, the task's numbers pass through; products with
+        one and sums with zero are exact.
+        """
+        task = self.task.observation_size
+        if not self.config.goal_env:
+            task += 2 * self.task.goal_size
+        blocks = [decoder.T] * len(JOINT_BLOCKS) + [np.eye(task)]
+        return block_diagonal(blocks).astype(np.float32)
 
     # --- spaces -------------------------------------------------------------------------------
 
@@ -116,19 +130,18 @@ class EnvCore:
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         uniforms = self.streams.draw(rows)
-        bending = self.task.sample_start(uniforms)
+        bending, sampled = self.task.sample(uniforms)
         clarke = kinematics.bending_to_clarke(bending, self.robot.pitch_radii)
         self.physics.reset(rows, clarke)
-        off = self._command.off_manifold
-        self._command = JointVector(
-            self._command.clarke.copy(), None if off is None else off.copy()
-        )
-        self._command.clarke[rows] = clarke
-        if self._command.off_manifold is not None:
-            self._command.off_manifold[rows] = 0.0
-        self.goal[rows] = self.task.sample_goal(uniforms) if goal is None else goal
-        self._desired = self.task.scale_goal(self.goal)
+        self._command = replaced_rows(self._command, rows, clarke, self._scalar)
+        self.goal[rows] = sampled if goal is None else goal
+        self._set_desired(rows)
         self.steps[rows] = 0
+
+    def _set_desired(self, rows: NDArray[np.intp]) -> None:
+        """Bring the scaled goals up to date, as the next observation needs them."""
+        self._desired[rows] = self.task.scale_goal(self.goal[rows])
+        self._desired_parts = components(self._desired, self._scalar)
 
     def step(self, action: FloatArray) -> None:
         """Advance all environments by one control period under a decoded action (B, N)."""
@@ -136,40 +149,47 @@ class EnvCore:
         self.physics.step(self._command)
         self.steps += 1
 
-    def reward(self) -> tuple[FloatArray, dict[str, Any]]:
-        """Return the rewards (B,) and the arrays for `info` of the current state."""
-        reward, info = self.task.reward(self.task.achieved(self.physics.state), self._desired)
+    def reward(self) -> tuple[Number, dict[str, Any]]:
+        """Return the rewards and the values for `info` of the current state.
+
+        They are arrays of shape (B,), or numbers in the scalar environment.
+        """
+        state = self.physics.state
+        self._achieved = self.task.achieved(state)
+        reward, info = self.task.reward(self._achieved, self._desired_parts)
         off = self._command.off_manifold
-        info["off_manifold_m"] = np.zeros(self.num_envs) if off is None else np.abs(off).max(axis=1)
-        info["diverged"] = self.physics.state.diverged.copy()
+        if off is None:
+            info["off_manifold_m"] = 0.0 if self._scalar else np.zeros(self.num_envs)
+        else:
+            largest = np.maximum.reduce(np.abs(off), axis=1)
+            info["off_manifold_m"] = float(largest[0]) if self._scalar else largest
+        info["diverged"] = bool(state.diverged[0]) if self._scalar else state.diverged.copy()
         return reward, info
 
     def observe(self) -> Observation:
-        """Return the observation of the current state as new arrays."""
-        state = self.physics.state
-        vectors = (self._command, state.displacement)
-        size = len(JOINT_BLOCKS) * self.robot.n_joints
-        task_size = self.task.observation_size
-        flat = [vector.clarke.reshape(self.num_envs, -1) for vector in vectors]
-        joint = map_rows(np.concatenate(flat, axis=1).astype(np.float32), self._joint_decoder)
-        achieved = self.task.achieved(state)
-        desired = self._desired.copy()
-        extra = 0 if self.config.goal_env else 2 * self.task.goal_size
-        observation = np.empty((self.num_envs, size + task_size + extra), np.float32)
-        observation[:, :size] = joint
+        """Return the observation of the state that `reward` was asked for, as new arrays."""
+        vectors = (self._command, self.physics.state.displacement)
+        achieved, desired = self._achieved, self._desired_parts
+        parts = [*vectors[0].flat(), *vectors[1].flat(), *achieved]
+        if not self.config.goal_env:
+            parts += [*desired, *(b - a for a, b in zip(achieved, desired, strict=True))]
+        observation = map_components(parts, self._assemble)
+        joints = self.robot.n_joints
         for block, vector in enumerate(vectors):
             if vector.off_manifold is not None:
-                part = slice(block * self.robot.n_joints, (block + 1) * self.robot.n_joints)
+                part = slice(block * joints, (block + 1) * joints)
                 observation[:, part] += vector.off_manifold * self._off_manifold_scale
-        if self.physics.displacement_bound > 1.0:
-            limit = self.physics.displacement_bound
-            np.clip(observation[:, :size], -limit, limit, out=observation[:, :size])
-        observation[:, size : size + task_size] = achieved
+        limit = self.physics.displacement_bound
+        if limit > 1.0:
+            blocks = observation[:, : len(vectors) * joints]
+            np.clip(blocks, -limit, limit, out=blocks)
         if not self.config.goal_env:
-            goal_size = self.task.goal_size
-            observation[:, -2 * goal_size : -goal_size] = desired
-            observation[:, -goal_size:] = desired - achieved
-        return {"observation": observation, "achieved_goal": achieved, "desired_goal": desired}
+            return {"observation": observation}
+        return {
+            "observation": observation,
+            "achieved_goal": from_components(achieved, np.float32),
+            "desired_goal": self._desired.copy(),
+        }
 
     # --- checkpoints --------------------------------------------------------------------------
 
@@ -181,7 +201,7 @@ class EnvCore:
             "streams": self.streams.get_state(),
             "steps": self.steps.copy(),
             "goal": self.goal.copy(),
-            "command": copy.deepcopy((self._command.clarke, off)),
+            "command": (self._command.clarke, None if off is None else off.copy()),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -190,5 +210,8 @@ class EnvCore:
         self.streams.set_state(state["streams"])
         self.steps = state["steps"].copy()
         self.goal = state["goal"].copy()
-        self._desired = self.task.scale_goal(self.goal)
-        self._command = JointVector(*copy.deepcopy(state["command"]))
+        self._set_desired(np.arange(self.num_envs))
+        clarke, off = state["command"]
+        self._command = JointVector.from_clarke(
+            clarke, None if off is None else off.copy(), self._scalar
+        )

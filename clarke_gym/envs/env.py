@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
+from clarke_gym._arrays import components
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore, Observation
 
@@ -29,10 +30,11 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
     metadata: dict[str, Any] = {"render_modes": [], "render_fps": 20}  # noqa: RUF012
 
     def __init__(self, config: EnvConfig, render_mode: str | None = None) -> None:
-        self.core = EnvCore(config, 1)
+        self.core = EnvCore(config, 1, scalar=True)
         self.metadata = {**self.metadata, "render_fps": config.render_fps}
         check_render_mode(render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
+        self._action_shape = (self.core.robot.n_joints,)
         entries = self.core.observation_spaces()
         self.action_space = self.core.action_space()  # type: ignore[assignment]
         self.observation_space = (
@@ -62,7 +64,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self._np_random = streams.generators[0]
         self.core.reset(_ROW, check_options(options, self.core.task.goal_size, 1))
         _, info = self.core.reward()
-        return self._observation(self.core.observe()), _first(info)
+        return self._observation(self.core.observe()), info
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control period under a joint-space action.
@@ -83,21 +85,16 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
             If the action has another shape or is not finite.
         """
         joint = np.asarray(action, dtype=np.float64)
-        if joint.shape != self.action_space.shape:
-            raise ValueError(
-                f"action must have the shape {self.action_space.shape}, got {joint.shape}"
-            )
+        if joint.shape != self._action_shape:
+            raise ValueError(f"action must have the shape {self._action_shape}, got {joint.shape}")
         self.core.step(joint[None])
         reward, info = self.core.reward()
-        scalars = _first(info)
-        observation = self._observation(self.core.observe())
-        return observation, float(reward[0]), scalars["diverged"], False, scalars
+        return self._observation(self.core.observe()), reward, info["diverged"], False, info
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
         """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
         del info  # the reward depends on the goals alone
-        reward, _ = self.core.task.reward(np.asarray(achieved_goal), np.asarray(desired_goal))
-        return reward if np.ndim(reward) else float(reward)
+        return goal_reward(self.core, achieved_goal, desired_goal)
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""
@@ -115,8 +112,14 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         return batch["observation"][0]
 
 
-def _first(info: dict[str, Any]) -> dict[str, Any]:
-    return {name: array[0].item() for name, array in info.items()}
+def goal_reward(core: EnvCore, achieved: ArrayLike, desired: ArrayLike) -> Any:
+    """Return the task's reward of goals as observed, shape (..., goal_size)."""
+    goals = [np.asarray(goal, dtype=np.float32) for goal in (achieved, desired)]
+    lead = np.broadcast_shapes(*(goal.shape[:-1] for goal in goals))
+    rows = [np.broadcast_to(goal, (*lead, goal.shape[-1])) for goal in goals]
+    parts = [components(array.reshape(-1, array.shape[-1]), scalar=not lead) for array in rows]
+    reward = core.task.reward(*parts)[0]
+    return reward.reshape(lead) if lead else reward
 
 
 def check_render_mode(render_mode: str | None, allowed: list[str]) -> None:

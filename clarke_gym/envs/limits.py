@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, map_rows
-from clarke_gym.physics.base import JointVector
+from clarke_gym._arrays import FloatArray, Number, components, map_rows, namespace
+from clarke_gym.physics.base import JointVector, Pair
 from clarke_gym.robots import Robot
 
 OFF_MANIFOLD_RESOLUTION = 1e-6
 """Off-manifold parts below this share of an action are rounding (float32 actions carry 6e-8)."""
 
 
-def saturate(pairs: FloatArray, limit: FloatArray | float) -> FloatArray:
-    """Return vectors (..., 2) shortened to at most `limit`, their direction kept."""
-    x, y = pairs[..., 0], pairs[..., 1]
-    length = np.sqrt(x * x + y * y)
-    scale: FloatArray = limit / np.maximum(length, limit)
-    return pairs * scale[..., None]
+def saturate(x: Number, y: Number, limit: float) -> Pair:
+    """Return a vector shortened to at most `limit`, its direction kept."""
+    xp = namespace(x)
+    length = xp.sqrt(x * x + y * y)
+    scale = limit / xp.maximum(length, limit)
+    return x * scale, y * scale
 
 
 def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
-    largest = np.abs(rows).max(axis=1, keepdims=True)
-    result: FloatArray = rows * (limit / np.maximum(largest, limit))
+    largest = np.maximum(np.maximum.reduce(np.abs(rows), axis=1, keepdims=True), limit)
+    result: FloatArray = rows * (limit / largest)
     return result
 
 
@@ -40,21 +43,27 @@ class CommandLimits:
     control : {"increment", "absolute"}
     control_dt : float
         Control period [s].
+    scalar : bool
+        Compute with Python floats: for the scalar environment.
     """
 
-    def __init__(self, robot: Robot, control: str, control_dt: float) -> None:
+    def __init__(self, robot: Robot, control: str, control_dt: float, scalar: bool = False) -> None:
         self._robot = robot
         self._absolute = control == "absolute"
+        self._scalar = scalar
         self._step = robot.max_tendon_speed_m_s * control_dt
         self._encoder = robot.encoder.T.copy()
-        gram = robot.decoder.T @ robot.decoder
-        self._gram = None if np.allclose(gram, np.diag(np.diag(gram))) else gram
-        self._gram_diagonal = np.diag(gram).copy()
-        scale = robot.max_clarke[:, None] if self._absolute else np.array(self._step)
-        self._clarke_scale = scale
-        self._joint_scale = np.repeat(robot.max_clarke, robot.n_tendons)
-        if not self._absolute:
-            self._joint_scale = np.full(robot.n_joints, self._step)
+        self._projector = (robot.decoder @ robot.encoder).T.copy()
+        self._radii = robot.pitch_radii.tolist()
+        self._max_bending = robot.max_bending.tolist()
+        scales = robot.max_clarke if self._absolute else np.full(robot.n_segments, self._step)
+        self._scales = scales.tolist()
+        self._joint_scale = np.repeat(scales, robot.n_tendons)
+        grams = [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
+        cross = [2.0 * float(g[0, 1]) if abs(g[0, 1]) > 1e-12 else 0.0 for g in grams]
+        self._grams = [
+            (float(g[0, 0]), float(g[1, 1]), c) for g, c in zip(grams, cross, strict=True)
+        ]
 
     def apply(self, action: FloatArray, command: JointVector) -> JointVector:
         """Return the command that follows `command` under a decoded action.
@@ -76,49 +85,55 @@ class CommandLimits:
         ValueError
             If a number is not finite.
         """
-        robot = self._robot
-        coordinates = map_rows(action, self._encoder)
-        size = np.einsum("bn,bn->b", action, action)
-        if not np.isfinite(size).all():
-            row = int(np.argmin(np.isfinite(size)))
+        flat = components(map_rows(action, self._encoder), self._scalar)
+        coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
+        squares = np.einsum("bn,bn->b", action, action)
+        size = float(squares[0]) if self._scalar else squares
+        if not math.isfinite(size if self._scalar else squares.sum()):
+            row = int(np.argmin(np.isfinite(action).all(axis=1)))
             raise ValueError(f"action must be finite, got {action[row].tolist()} (row {row})")
-        increment = coordinates.reshape(-1, robot.n_segments, 2) * self._clarke_scale
-        if self._absolute:
-            increment = increment - command.clarke
-        clarke = command.clarke + saturate(increment, self._step)
-        bending = kinematics.clarke_to_bending(clarke, robot.pitch_radii)
-        bending = saturate(bending, robot.max_bending)
-        clarke = kinematics.bending_to_clarke(bending, robot.pitch_radii)
-        return JointVector(clarke, self._off_manifold(action, coordinates, size, command))
+        pairs = []
+        for (a, b), (x, y), scale in zip(coordinates, command.pairs, self._scales, strict=True):
+            u, v = a * scale, b * scale
+            if self._absolute:
+                u, v = u - x, v - y
+            u, v = saturate(u, v, self._step)
+            pairs.append((x + u, y + v))
+        decoupled = kinematics.decoupled(pairs, self._radii)
+        bends = [
+            saturate(bend[0], bend[1], limit)
+            for bend, limit in zip(decoupled, self._max_bending, strict=True)
+        ]
+        off = self._off_manifold(action, coordinates, size, command.off_manifold)
+        return JointVector(kinematics.coupled(bends, self._radii), off)
 
     def _off_manifold(
         self,
         action: FloatArray,
-        coordinates: FloatArray,
-        size: FloatArray,
-        command: JointVector,
+        coordinates: Sequence[Pair],
+        size: Number,
+        held: FloatArray | None,
     ) -> FloatArray | None:
-        """Return the off-manifold command; the common case of none at all costs one product."""
-        squares = coordinates * coordinates
-        onto = np.zeros_like(size)
-        for k in range(squares.shape[1]):  # over 2S coordinates, in an order no batch changes
-            onto += squares[:, k] * self._gram_diagonal[k]
-        if self._gram is not None:
-            for s in range(self._robot.n_segments):
-                cross = 2.0 * self._gram[2 * s, 2 * s + 1]
-                onto += cross * coordinates[:, 2 * s] * coordinates[:, 2 * s + 1]
+        """Return the off-manifold command; that there is none costs one product to know."""
+        onto = 0.0  # |D m|^2 from the segments' Gram matrices; the rest is off the manifold
+        for (x, y), (xx, yy, xy) in zip(coordinates, self._grams, strict=True):
+            onto = onto + (xx * x * x + yy * y * y)
+            if xy:
+                onto = onto + xy * x * y
         off_rows = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
-        previous = command.off_manifold
-        if previous is None:
-            if not off_rows.any():
+        found = off_rows if self._scalar else off_rows.any()
+        if held is None:
+            if not found:
                 return None
-            previous = np.zeros_like(action)
-        elif not (self._absolute or off_rows.any()):
-            return previous
-        residual = action - map_rows(coordinates, self._robot.decoder.T)
-        residual[~off_rows] = 0.0
-        change = residual * self._joint_scale
+            held = np.zeros_like(action)
+        elif not (self._absolute or found):
+            return held
+        change = (action - map_rows(action, self._projector)) * self._joint_scale
+        if not self._scalar:
+            change[~off_rows] = 0.0
+        elif not found:
+            change[:] = 0.0
         if self._absolute:
-            change -= previous
+            change -= held
         change = _saturate_rows(change, self._step)
-        return _saturate_rows(previous + change, self._robot.max_cocontraction_m)
+        return _saturate_rows(held + change, self._robot.max_cocontraction_m)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from clarke_gym._arrays import FloatArray
 from clarke_gym.envs.config import EnvConfig, require_choice
 from clarke_gym.envs.core import EnvCore, Observation
-from clarke_gym.envs.env import ContinuumRobotEnv, check_options, check_render_mode
+from clarke_gym.envs.env import ContinuumRobotEnv, check_options, check_render_mode, goal_reward
 
 BoolArray = NDArray[np.bool_]
 
@@ -175,7 +175,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
         """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
         del info  # the reward depends on the goals alone
-        return self.core.task.reward(np.asarray(achieved_goal), np.asarray(desired_goal))[0]
+        return goal_reward(self.core, achieved_goal, desired_goal)
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym._arrays import FloatArray, Number, components, from_components, map_rows
 from clarke_gym.robots import Robot
+
+Pair = tuple[Number, Number]
 
 
 @dataclass(slots=True)
@@ -18,18 +21,37 @@ class JointVector:
 
     Parameters
     ----------
-    clarke : ndarray, shape (B, S, 2)
-        Clarke coordinates of each segment's tendons [m]: the part on the manifold.
+    pairs : sequence of S pairs
+        Clarke coordinates (Re, Im) of each segment's tendons [m], the part on the manifold: floats
+        in the scalar environment, arrays of shape (B,) in a batch.
     off_manifold : ndarray of shape (B, N), or None
         The rest, (I - P) rho [m]; None where no row has any.
     """
 
-    clarke: FloatArray
+    pairs: Sequence[Pair]
     off_manifold: FloatArray | None = None
+
+    @classmethod
+    def from_clarke(
+        cls, clarke: FloatArray, off_manifold: FloatArray | None = None, scalar: bool = False
+    ) -> JointVector:
+        """Make a vector from Clarke coordinates of shape (B, S, 2)."""
+        parts = components(clarke.reshape(len(clarke), -1), scalar)
+        return cls(list(zip(parts[0::2], parts[1::2], strict=True)), off_manifold)
+
+    def flat(self) -> list[Number]:
+        """Return the 2S components in the order of the robot's encoder."""
+        return [part for pair in self.pairs for part in pair]
+
+    @property
+    def clarke(self) -> FloatArray:
+        """Clarke coordinates [m], shape (B, S, 2)."""
+        array = from_components(self.flat())
+        return array.reshape(len(array), -1, 2)
 
     def joint(self, robot: Robot) -> FloatArray:
         """Return the displacements rho [m], shape (B, N)."""
-        rho = map_rows(self.clarke.reshape(len(self.clarke), -1), robot.decoder.T)
+        rho = map_rows(from_components(self.flat()), robot.decoder.T)
         return rho if self.off_manifold is None else rho + self.off_manifold
 
 
@@ -41,18 +63,28 @@ class RobotState:
     ----------
     displacement : JointVector
         Achieved tendon displacements [m].
-    tip_position : ndarray, shape (B, 3)
-        [m], base frame.
-    tip_quaternion : ndarray, shape (B, 4)
-        (w, x, y, z), base frame.
+    tip : tuple of 3
+        Components of the tip position [m], base frame; each a float or an array (B,).
+    quaternion : tuple of 4
+        Components (w, x, y, z) of the tip orientation, base frame.
     diverged : ndarray of bool, shape (B,)
         True where the simulation broke down; the episode ends there.
     """
 
     displacement: JointVector
-    tip_position: FloatArray
-    tip_quaternion: FloatArray
+    tip: Sequence[Number]
+    quaternion: Sequence[Number]
     diverged: NDArray[np.bool_]
+
+    @property
+    def tip_position(self) -> FloatArray:
+        """Tip position [m], shape (B, 3)."""
+        return from_components(self.tip)
+
+    @property
+    def tip_quaternion(self) -> FloatArray:
+        """Tip orientation (w, x, y, z), shape (B, 4)."""
+        return from_components(self.quaternion)
 
 
 class Physics(Protocol):

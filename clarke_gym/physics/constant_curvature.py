@@ -28,72 +28,100 @@ class ConstantCurvature:
         Batch size B.
     control_dt : float
         Control period T [s].
+    scalar : bool
+        Compute with Python floats: faster for a batch of one, with the same bits.
 
     Examples
     --------
     >>> physics = ConstantCurvature(Robot(), 1, 0.05)
     >>> physics.reset(np.array([0]), np.zeros((1, 1, 2)))
-    >>> physics.step(JointVector(np.array([[[0.001, 0.0]]])))
+    >>> physics.step(JointVector.from_clarke(np.array([[[0.001, 0.0]]])))
     >>> float(physics.state.displacement.clarke[0, 0, 0].round(6))  # 1 - 1/e of the command
     0.000632
     """
 
     displacement_bound = 1.0
 
-    def __init__(self, robot: Robot, num_envs: int, control_dt: float) -> None:
+    def __init__(
+        self, robot: Robot, num_envs: int, control_dt: float, scalar: bool = False
+    ) -> None:
         self.robot = robot
         self.num_envs = num_envs
         tau = robot.actuator_time_constant_s
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
-        self._clarke = np.zeros((num_envs, robot.n_segments, 2))
-        self._off_manifold: FloatArray | None = None
-        self._diverged = np.zeros(num_envs, dtype=bool)
+        self._scalar = scalar
+        self._lengths = robot.lengths.tolist()
+        self._radii = robot.pitch_radii.tolist()
+        start = np.zeros((num_envs, robot.n_segments, 2))
+        self._displacement = JointVector.from_clarke(start, scalar=scalar)
         self._state: RobotState | None = None
 
     @property
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
-            bending = kinematics.clarke_to_bending(self._clarke, self.robot.pitch_radii)
-            position, quaternion = kinematics.forward(bending, self.robot.lengths)
-            displacement = JointVector(self._clarke, self._off_manifold)
-            self._state = RobotState(displacement, position, quaternion, self._diverged)
+            pairs = kinematics.decoupled(self._displacement.pairs, self._radii)
+            position, quaternion = kinematics.chain_poses(pairs, self._lengths)[-1]
+            never = np.zeros(self.num_envs, dtype=bool)
+            self._state = RobotState(self._displacement, position, quaternion, never)
         return self._state
 
     def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
-        self._clarke = self._clarke.copy()
-        self._clarke[rows] = clarke
-        if self._off_manifold is not None:
-            self._off_manifold = self._off_manifold.copy()
-            self._off_manifold[rows] = 0.0
+        self._displacement = replaced_rows(self._displacement, rows, clarke, self._scalar)
         self._state = None
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements."""
-        self._clarke = self._clarke + self._gain * (command.clarke - self._clarke)
-        if command.off_manifold is not None:
-            previous = 0.0 if self._off_manifold is None else self._off_manifold
-            self._off_manifold = previous + self._gain * (command.off_manifold - previous)
+        gain, held = self._gain, self._displacement
+        pairs = [
+            (x + gain * (u - x), y + gain * (v - y))
+            for (x, y), (u, v) in zip(held.pairs, command.pairs, strict=True)
+        ]
+        off = command.off_manifold
+        if off is not None:
+            previous = 0.0 if held.off_manifold is None else held.off_manifold
+            off = previous + gain * (off - previous)
+        self._displacement = JointVector(pairs, off)
         self._state = None
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
-        bending = kinematics.clarke_to_bending(self._clarke, self.robot.pitch_radii)
+        bending = kinematics.clarke_to_bending(self._displacement.clarke, self.robot.pitch_radii)
         curve: FloatArray = kinematics.backbone(bending, self.robot.lengths, points)
         return curve
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy of everything that the next step depends on."""
-        off = self._off_manifold
+        off = self._displacement.off_manifold
         return {
-            "clarke": self._clarke.copy(),
+            "clarke": self._displacement.clarke,
             "off_manifold": None if off is None else off.copy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
         off = state["off_manifold"]
-        self._clarke = state["clarke"].copy()
-        self._off_manifold = None if off is None else off.copy()
+        self._displacement = JointVector.from_clarke(
+            state["clarke"], None if off is None else off.copy(), self._scalar
+        )
         self._state = None
+
+
+def replaced_rows(
+    vector: JointVector, rows: NDArray[np.intp], clarke: FloatArray, scalar: bool
+) -> JointVector:
+    """Return a copy of `vector` with `rows` on the manifold at `clarke` (rows, S, 2)."""
+    if scalar:
+        return JointVector.from_clarke(clarke, scalar=True)
+    pairs = []
+    for s, pair in enumerate(vector.pairs):
+        columns = [column.copy() for column in pair]
+        for axis, column in enumerate(columns):
+            column[rows] = clarke[:, s, axis]
+        pairs.append((columns[0], columns[1]))
+    off = vector.off_manifold
+    if off is not None:
+        off = off.copy()
+        off[rows] = 0.0
+    return JointVector(pairs, off)

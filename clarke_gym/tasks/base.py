@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym._arrays import FloatArray, Number
 from clarke_gym.physics.base import RobotState
 
 Float32Array = NDArray[np.float32]
@@ -25,19 +26,19 @@ class Task(Protocol):
     n_uniforms: int
     """Random numbers that one episode needs."""
 
-    def sample_start(self, uniforms: FloatArray) -> FloatArray:
-        """Return start bending vectors [rad], shape (R, S, 2), from uniforms (R, n_uniforms)."""
+    def sample(self, uniforms: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return start bending vectors [rad] (R, S, 2) and goals in SI units (R, goal_size).
 
-    def sample_goal(self, uniforms: FloatArray) -> FloatArray:
-        """Return goals in SI units, shape (R, goal_size), from the same uniforms."""
+        `uniforms` has the shape (R, n_uniforms).
+        """
 
-    def achieved(self, state: RobotState) -> Float32Array:
-        """Return what is compared with the goal, scaled, shape (B, goal_size)."""
+    def achieved(self, state: RobotState) -> list[Number]:
+        """Return what is compared with the goal, scaled: components rounded to float32."""
 
     def scale_goal(self, goal: FloatArray) -> Float32Array:
         """Return goals in the same scale, shape (R, goal_size)."""
 
     def reward(
-        self, achieved: Float32Array, desired: Float32Array
-    ) -> tuple[FloatArray, dict[str, Any]]:
-        """Return rewards (B,) and the arrays for `info`: ``is_success``, reward terms."""
+        self, achieved: Sequence[Number], desired: Sequence[Number]
+    ) -> tuple[Number, dict[str, Any]]:
+        """Return rewards and the values for `info` from components of scaled goals."""

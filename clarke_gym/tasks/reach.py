@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray
+from clarke_gym._arrays import FloatArray, Number, float32, float64, from_components, namespace
 from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot, require_positive
 from clarke_gym.tasks.base import Float32Array
@@ -61,62 +62,60 @@ class Reach:
         self.robot = robot
         self.success_tolerance = float(success_tolerance)
         self.n_uniforms = 4 * robot.n_segments
+        self._length = robot.length_m
         self._sparse = reward == "sparse"
         self._random_start = bool(random_start)
 
-    def _bending(self, uniforms: FloatArray) -> FloatArray:
-        pairs = uniforms.reshape(len(uniforms), self.robot.n_segments, 2)
-        return kinematics.sample_dome(pairs, self.robot.max_bending)
+    def sample(self, uniforms: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return start bending vectors [rad] (R, S, 2) and goal positions [m] (R, 3).
 
-    def sample_start(self, uniforms: FloatArray) -> FloatArray:
-        """Return start bending vectors [rad], shape (R, S, 2), from uniforms (R, n_uniforms)."""
-        bending = self._bending(uniforms[:, : self.n_uniforms // 2])
-        return bending if self._random_start else np.zeros_like(bending)
+        `uniforms` has the shape (R, n_uniforms).
+        """
+        segments = self.robot.n_segments
+        pairs = uniforms.reshape(len(uniforms), 2, segments, 2)
+        bending = kinematics.sample_dome(pairs, self.robot.max_bending)
+        start, reached = bending[:, 0], bending[:, 1]
+        ends = [(reached[:, s, 0], reached[:, s, 1]) for s in range(segments)]
+        goal = kinematics.chain_poses(ends, self.robot.lengths)[-1][0]
+        return start if self._random_start else np.zeros_like(start), from_components(goal)
 
-    def sample_goal(self, uniforms: FloatArray) -> FloatArray:
-        """Return goal positions [m], shape (R, 3), from the same uniforms."""
-        bending = self._bending(uniforms[:, self.n_uniforms // 2 :])
-        goal: FloatArray = kinematics.forward(bending, self.robot.lengths)[0]
-        return goal
-
-    def achieved(self, state: RobotState) -> Float32Array:
-        """Return tip positions over the robot's length, shape (B, 3)."""
-        return (state.tip_position / self.robot.length_m).astype(np.float32)
+    def achieved(self, state: RobotState) -> list[Number]:
+        """Return components of the tip position over the robot's length, rounded to float32."""
+        return [float32(part / self._length) for part in state.tip]
 
     def scale_goal(self, goal: FloatArray) -> Float32Array:
         """Return goal positions over the robot's length."""
-        return (goal / self.robot.length_m).astype(np.float32)
+        return (goal / self._length).astype(np.float32)
 
     def reward(
-        self, achieved: Float32Array, desired: Float32Array
-    ) -> tuple[FloatArray, dict[str, Any]]:
-        """Return rewards and the arrays for `info`.
+        self, achieved: Sequence[Number], desired: Sequence[Number]
+    ) -> tuple[Number, dict[str, Any]]:
+        """Return rewards and the values for `info`.
 
         Parameters
         ----------
-        achieved, desired : ndarray of float32, shape (..., 3)
-            Positions over the robot's length.
+        achieved, desired : sequence of 3
+            Components of positions over the robot's length, rounded to float32: floats or arrays.
 
         Returns
         -------
-        reward : ndarray, shape (...)
-        info : dict of ndarray, shape (...)
+        reward : float or ndarray
+        info : dict
             ``tip_error_m``, ``tip_error_percent`` (of the length), ``is_success`` and the terms
             ``reward_closeness`` and ``reward_precision``.
         """
-        gap = np.subtract(achieved, desired, dtype=np.float64)
-        gap *= gap
-        error = np.sqrt(gap[..., 0] + gap[..., 1] + gap[..., 2])
+        gap = [float64(a) - float64(b) for a, b in zip(achieved, desired, strict=True)]
+        xp = namespace(gap[0])
+        error = xp.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
         success = error <= self.success_tolerance
         closeness = 0.5 / (1.0 + error / CLOSENESS_SCALE)
         ratio = error / self.success_tolerance
-        precision = 0.5 * np.exp(-ratio * ratio)
+        precision = 0.5 * xp.exp(-xp.minimum(ratio * ratio, 700.0))  # underflow is slow
         reward = success - 1.0 if self._sparse else closeness + precision
-        info = {
-            "tip_error_m": error * self.robot.length_m,
+        return reward, {
+            "tip_error_m": error * self._length,
             "tip_error_percent": error * 100.0,
             "is_success": success,
             "reward_closeness": closeness,
             "reward_precision": precision,
         }
-        return reward, info

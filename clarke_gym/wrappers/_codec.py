@@ -8,8 +8,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
+from clarke_gym._arrays import map_rows
 from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
-from clarke_gym.representations import Representation, make_representation
+from clarke_gym.representations import Representation, make_representation, to_polar
+from clarke_gym.robots import block_diagonal
 
 
 def core_of(env: Any, wrapper: str) -> EnvCore:
@@ -43,12 +45,15 @@ class ObservationCodec:
 
     def __init__(self, core: EnvCore, name: str, space: spaces.Space[Any]) -> None:
         self.representation: Representation = make_representation(name, core.robot)
-        self._joints = core.robot.n_joints
-        self._size = len(JOINT_BLOCKS) * self._joints
+        blocks = len(JOINT_BLOCKS)
         manifold, off = core.joint_bounds()
         bound = self.representation.encoded_bound(core.robot, manifold, off)
         inner = space["observation"] if isinstance(space, spaces.Dict) else space
-        high = np.concatenate([np.tile(bound, len(JOINT_BLOCKS)), inner.high[self._size :]])  # type: ignore[attr-defined]
+        tail = inner.high[blocks * core.robot.n_joints :]  # type: ignore[attr-defined]
+        high = np.concatenate([np.tile(bound, blocks), tail])
+        parts = [self.representation.encoder.T] * blocks + [np.eye(len(tail))]
+        self._matrix = block_diagonal(parts).astype(np.float32)
+        self._polar_size = blocks * self.representation.size if self.representation.polar else 0
         # The factor covers float32 rounding of the encoding itself.
         high = (high * (1.0 + 1e-6)).astype(np.float32)
         box = spaces.Box(-high, high, dtype=np.float32)
@@ -63,7 +68,8 @@ class ObservationCodec:
         return self._encode(observation)
 
     def _encode(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
-        lead = rows.shape[:-1]
-        joints = rows[..., : self._size].reshape(*lead, len(JOINT_BLOCKS), self._joints)
-        coded = self.representation.encode(joints).reshape(*lead, -1)
-        return np.concatenate([coded, rows[..., self._size :]], axis=-1)
+        flat = rows if rows.ndim == 2 else rows[None]
+        coded: NDArray[np.float32] = map_rows(flat, self._matrix)
+        if self._polar_size:
+            to_polar(coded[:, : self._polar_size])
+        return coded if rows.ndim == 2 else coded[0]
