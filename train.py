@@ -113,7 +113,7 @@ def _report(command: Report) -> int:
 
 def main() -> int:
     """Run the command line; expected errors are one line, not a traceback."""
-    command: Train | Evaluate | Study | Report = tyro.cli(Command, description=__doc__)  # type: ignore[arg-type]
+    command: Train | Evaluate | Study | Report = tyro.cli(Command, description=__doc__)
     from agents.config import ConfigError
 
     try:

@@ -68,7 +68,7 @@ def as_floating(array: Array, name: str) -> Array:
     TypeError
         If `array` does not hold real numbers.
     """
-    if namespace(array) is not np:
+    if namespace(array) not in (np, FloatMath):
         if not array.is_floating_point():
             raise TypeError(f"{name} must be a floating-point tensor, got {array.dtype}")
         return array
@@ -91,6 +91,13 @@ def matrix_like(matrix: FloatArray, like: Array) -> Array:
 def float64(part: Number) -> Number:
     """Return a component in double precision."""
     return part if isinstance(part, float) else part.astype(np.float64)
+
+
+def not_finite(action: NDArray[Any]) -> str:
+    """Return the message for an action that holds NaN, an infinity or a number beyond 1e150."""
+    rows = action.reshape(-1, action.shape[-1])
+    row = int(np.argmin((np.abs(rows) < 1e150).all(axis=1)))
+    return f"action must be finite, got {rows[row].tolist()} (row {row})"
 
 
 _SINGLE = struct.Struct("f")

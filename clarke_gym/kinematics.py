@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +49,7 @@ def half_angle_functions(squared_angle: Array) -> tuple[Array, Array]:
     """
     xp = namespace(squared_angle)
     if xp is np or xp is FloatMath:
-        half = 0.5 * xp.sqrt(squared_angle)
+        half: Any = 0.5 * xp.sqrt(squared_angle)
         tiny = _TINY_32 if getattr(half, "dtype", None) == np.float32 else _TINY_64
         safe = xp.maximum(half, tiny)  # sin(t)/t is exactly 1 there
         return xp.cos(half), xp.sin(safe) / (2.0 * safe)

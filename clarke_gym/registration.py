@@ -7,7 +7,12 @@ from typing import Any
 import gymnasium as gym
 
 from clarke_gym import wrappers
-from clarke_gym.envs import ContinuumRobotEnv, ContinuumRobotVectorEnv, EnvConfig
+from clarke_gym.envs import (
+    ContinuumRobotEnv,
+    ContinuumRobotGoalEnv,
+    ContinuumRobotVectorEnv,
+    EnvConfig,
+)
 from clarke_gym.wrappers import vector as vector_wrappers
 
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
@@ -66,7 +71,9 @@ def make_env(
     >>> env.action_space.shape
     (2,)
     """
-    env = ContinuumRobotEnv(EnvConfig(**config), render_mode)
+    settings = EnvConfig(**config)
+    env_class = ContinuumRobotGoalEnv if settings.goal_env else ContinuumRobotEnv
+    env = env_class(settings, render_mode)
     return _compose(
         env, wrappers, representation, action_representation, observation_representation
     )

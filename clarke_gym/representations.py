@@ -39,7 +39,7 @@ ROTATION_RAD = 0.7
 RANDOM_BASIS_CONDITION = 10.0
 """Condition number of ``random_basis``."""
 
-_LinearMaps = tuple[FloatArray, FloatArray]
+_LinearMaps = tuple[NDArray[Any], NDArray[Any]]
 
 
 def _raw(segment: Segment) -> _LinearMaps:
@@ -49,8 +49,8 @@ def _raw(segment: Segment) -> _LinearMaps:
 
 def _raw_scaled(segment: Segment) -> _LinearMaps:
     gain = math.sqrt(segment.n_tendons / 2.0)
-    decoder: FloatArray = gain * np.eye(segment.n_tendons)
-    return decoder, np.linalg.inv(decoder)
+    identity = np.eye(segment.n_tendons)
+    return gain * identity, identity / gain
 
 
 def _projected(segment: Segment) -> _LinearMaps:
@@ -63,7 +63,7 @@ def _clarke(segment: Segment) -> _LinearMaps:
     return decoder, encoder
 
 
-def _on_manifold(segment: Segment, basis: FloatArray) -> _LinearMaps:
+def _on_manifold(segment: Segment, basis: NDArray[Any]) -> _LinearMaps:
     """Coordinates z with rho_bar = basis @ z."""
     encoder, decoder = segment.matrices
     return decoder @ basis, np.linalg.solve(basis, encoder)
@@ -78,15 +78,13 @@ def _two_tendon(segment: Segment) -> _LinearMaps:
     decoder = segment.matrices[1]
     sines = np.abs(np.sin(segment.angles - segment.angles[0]))
     second = int(np.argmax(sines.round(12)))  # the first of equals, whatever the rounding
-    basis: FloatArray = np.linalg.inv(decoder[[0, second]])
-    return _on_manifold(segment, basis)
+    return _on_manifold(segment, np.linalg.inv(decoder[[0, second]]))
 
 
 def _random_basis(segment: Segment) -> _LinearMaps:
     left, right = (np.linalg.qr(m)[0] for m in np.random.default_rng(7).normal(size=(2, 2, 2)))
     root = math.sqrt(RANDOM_BASIS_CONDITION)
-    basis: FloatArray = left @ np.diag([root, 1.0 / root]) @ right
-    return _on_manifold(segment, basis)
+    return _on_manifold(segment, left @ np.diag([root, 1.0 / root]) @ right)
 
 
 def _clarke_common(segment: Segment) -> _LinearMaps:
@@ -219,7 +217,7 @@ class Representation:
         bound = manifold * np.linalg.norm(onto, axis=2).sum(axis=1)
         bound += np.abs(residual) @ off_manifold
         if self.polar:
-            bound[0::2] = np.maximum(1.0, 2.0 * np.hypot(bound[0::2], bound[1::2]) - 1.0)
+            bound[0::2] = max(1.0, 2.0 * manifold - 1.0)
             bound[1::2] = 1.0
         return bound
 

@@ -1,7 +1,7 @@
 """Environments: one batched core, seen as a Gymnasium `Env` and as a `VectorEnv`."""
 
 from clarke_gym.envs.config import EnvConfig
-from clarke_gym.envs.env import ContinuumRobotEnv
+from clarke_gym.envs.env import ContinuumRobotEnv, ContinuumRobotGoalEnv
 from clarke_gym.envs.vector_env import ContinuumRobotVectorEnv
 
-__all__ = ["ContinuumRobotEnv", "ContinuumRobotVectorEnv", "EnvConfig"]
+__all__ = ["ContinuumRobotEnv", "ContinuumRobotGoalEnv", "ContinuumRobotVectorEnv", "EnvConfig"]

@@ -91,11 +91,6 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         reward, info = self.core.reward()
         return self._observation(self.core.observe()), reward, info["diverged"], False, info
 
-    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
-        del info  # the reward depends on the goals alone
-        return goal_reward(self.core, achieved_goal, desired_goal)
-
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""
         return self.core.state()
@@ -110,6 +105,15 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         if self.core.config.goal_env:
             return {name: array[0] for name, array in batch.items()}
         return batch["observation"][0]
+
+
+class ContinuumRobotGoalEnv(ContinuumRobotEnv):
+    """The same robot with dictionary observations and a reward that can be asked of any goals."""
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
+        del info  # the reward depends on the goals alone
+        return goal_reward(self.core, achieved_goal, desired_goal)
 
 
 def goal_reward(core: EnvCore, achieved: ArrayLike, desired: ArrayLike) -> Any:

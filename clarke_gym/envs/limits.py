@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, components, map_rows, namespace
+from clarke_gym._arrays import FloatArray, Number, components, map_rows, namespace, not_finite
 from clarke_gym.physics.base import JointVector, Pair
 from clarke_gym.robots import Robot
 
@@ -85,13 +85,12 @@ class CommandLimits:
         ValueError
             If a number is not finite.
         """
-        flat = components(map_rows(action, self._encoder), self._scalar)
-        coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
         squares = np.einsum("bn,bn->b", action, action)
         size = float(squares[0]) if self._scalar else squares
         if not math.isfinite(size if self._scalar else squares.sum()):
-            row = int(np.argmin(np.isfinite(action).all(axis=1)))
-            raise ValueError(f"action must be finite, got {action[row].tolist()} (row {row})")
+            raise ValueError(not_finite(action))
+        flat = components(map_rows(action, self._encoder), self._scalar)
+        coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
         pairs = []
         for (a, b), (x, y), scale in zip(coordinates, command.pairs, self._scales, strict=True):
             u, v = a * scale, b * scale

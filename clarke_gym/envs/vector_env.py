@@ -168,8 +168,8 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             infos["_final_obs"] = infos["_final_info"] = self._done
             self.core.reset(rows)
             self._done = np.zeros(self.num_envs, dtype=bool)
-            observation = self.core.observe()
             infos.update(self._masked(self.core.reward()[1], None))
+            observation = self.core.observe()
         return self._observation(observation), reward, terminated, truncated, infos
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import map_rows
+from clarke_gym._arrays import map_rows, not_finite
 from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
 from clarke_gym.representations import Representation, make_representation, to_polar
 from clarke_gym.robots import block_diagonal
@@ -37,6 +37,8 @@ class ActionCodec:
                 f"action must have a last axis of {self.representation.size} for the "
                 f"representation {self.representation.name!r}, got shape {array.shape}"
             )
+        if not np.isfinite(array).all():
+            raise ValueError(not_finite(array))
         return self.representation.decode(array)
 
 

@@ -11,6 +11,12 @@ from numpy.typing import ArrayLike
 from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
 
 
+def _forward_compute_reward(wrapper: gym.Wrapper[Any, Any, Any, Any]) -> None:
+    """Goal environments are asked for rewards through their wrappers, too."""
+    if hasattr(wrapper.unwrapped, "compute_reward"):
+        wrapper.compute_reward = wrapper.unwrapped.compute_reward  # type: ignore[attr-defined]
+
+
 class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorArgs):
     """Act in a representation of joint space.
 
@@ -39,6 +45,7 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
         gym.ActionWrapper.__init__(self, env)
         self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
         self.action_space = self._codec.space
+        _forward_compute_reward(self)
 
     def action(self, action: ArrayLike) -> Any:
         """Return the joint-space action."""
@@ -76,6 +83,7 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
         core = core_of(env, type(self).__name__)
         self._codec = ObservationCodec(core, representation, env.observation_space)
         self.observation_space = self._codec.space
+        _forward_compute_reward(self)
 
     def observation(self, observation: Any) -> Any:
         """Return the observation with its joint blocks encoded."""
