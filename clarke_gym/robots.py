@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -226,17 +227,17 @@ class Robot:
         if not (math.isfinite(tau) and tau >= 0.0):
             raise ValueError(f"actuator_time_constant_s must be finite and >= 0, got {tau!r}")
 
-    @property
+    @cached_property
     def n_segments(self) -> int:
         """Number of segments S."""
         return len(self.segments)
 
-    @property
+    @cached_property
     def n_tendons(self) -> tuple[int, ...]:
         """Tendons that end in each segment."""
         return tuple(segment.n_tendons for segment in self.segments)
 
-    @property
+    @cached_property
     def n_joints(self) -> int:
         """Number of tendons N of the whole robot."""
         return sum(self.n_tendons)
@@ -286,11 +287,54 @@ def block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
     return result
 
 
+def _radians(*degrees: float) -> tuple[float, ...]:
+    return tuple(math.radians(angle) for angle in degrees)
+
+
 def _two_segment() -> Robot:
     """Two-segment benchmark of Rao, Peyron, Lilge, Burgner-Kahrs, Front. Robot. AI 7:630245."""
-    angles = tuple(math.radians(a) for a in (90.0, -30.0, 210.0))
-    segment = Segment(tendon_angles_rad=angles)
+    segment = Segment(tendon_angles_rad=_radians(90.0, -30.0, 210.0))
     return Robot((segment, segment), name="two_segment")
+
+
+def _two_segment_4() -> Robot:
+    """Two-segment benchmark with four tendons a segment, the second turned by 45 degrees."""
+    first = Segment(n_tendons=4, tendon_angles_rad=_radians(0.0, 90.0, 180.0, 270.0))
+    second = replace(first, tendon_angles_rad=_radians(45.0, 135.0, 225.0, 315.0))
+    return Robot((first, second), name="two_segment_4")
+
+
+def _slim() -> Robot:
+    """Two short segments of a thinner backbone and unequal pitch radii."""
+    first, second = (
+        Segment(
+            length_m=0.1,
+            pitch_radius_m=radius,
+            tendon_angles_rad=_radians(90.0, -30.0, 210.0),
+            backbone_diameter_m=1e-3,
+            youngs_modulus_pa=60e9,
+            shear_modulus_pa=60e9 / 2.6,
+        )
+        for radius in (0.008, 0.006)
+    )
+    return Robot((first, second), name="slim")
+
+
+def _soft_arm() -> Robot:
+    """Soft arm with a thick TPU backbone."""
+    material = MATERIALS["tpu"]
+    segment = Segment(
+        length_m=0.4,
+        n_tendons=4,
+        pitch_radius_m=0.02,
+        backbone_diameter_m=0.01,
+        youngs_modulus_pa=material.youngs_modulus_pa,
+        shear_modulus_pa=material.shear_modulus_pa,
+        density_kg_m3=material.density_kg_m3,
+        disk_mass_kg=2e-3,
+        damping_time_s=0.03,
+    )
+    return Robot((segment,), name="soft_arm")
 
 
 def _hardware() -> Robot:
@@ -316,7 +360,12 @@ def _hardware() -> Robot:
 
 PRESETS: dict[str, Robot] = {
     "default": Robot(name="default"),
+    "four_tendons": Robot((Segment(n_tendons=4),), name="four_tendons"),
+    "five_tendons": Robot((Segment(n_tendons=5),), name="five_tendons"),
     "two_segment": _two_segment(),
+    "two_segment_4": _two_segment_4(),
+    "slim": _slim(),
+    "soft_arm": _soft_arm(),
     "hardware": _hardware(),
 }
 """Robots with real dimensions by name; "default" is one segment of the two-segment benchmark."""
@@ -330,6 +379,7 @@ def make_robot(
     segment_length_m: float | None = None,
     pitch_radius_m: float | None = None,
     max_bending_rad: float | None = None,
+    material: str | None = None,
 ) -> Robot:
     """Return a preset, or a robot, with some of its numbers replaced in every segment.
 
@@ -343,6 +393,8 @@ def make_robot(
         Number of segments; allowed where all segments of `robot` are alike.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         As in `Segment`.
+    material : str, optional
+        Backbone material: a name of `MATERIALS`.
 
     Returns
     -------
@@ -376,13 +428,14 @@ def make_robot(
         "pitch_radius_m": pitch_radius_m,
         "max_bending_rad": max_bending_rad,
     }
-    given = {name: value for name, value in changes.items() if value is not None}
+    given: dict[str, Any] = {k: value for k, value in changes.items() if value is not None}
     if pitch_radius_m is not None:
-        given["tendon_radii_m"] = None  # type: ignore[assignment]
-    segments = tuple(
-        replace(_with_tendons(segment, n_tendons), **given)  # type: ignore[arg-type]
-        for segment in segments
-    )
+        given["tendon_radii_m"] = None
+    if material is not None:
+        if material not in MATERIALS:
+            raise ValueError(f"material must be one of {sorted(MATERIALS)}, got {material!r}")
+        given.update(asdict(MATERIALS[material]))
+    segments = tuple(replace(_with_tendons(segment, n_tendons), **given) for segment in segments)
     return replace(robot, segments=segments)
 
 

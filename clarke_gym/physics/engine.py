@@ -19,6 +19,7 @@ _BAD_STATE = [
     int(mujoco.mjtWarning.mjWARN_BADQPOS),
     int(mujoco.mjtWarning.mjWARN_BADQVEL),
     int(mujoco.mjtWarning.mjWARN_BADQACC),
+    int(mujoco.mjtWarning.mjWARN_BADCTRL),
 ]
 
 
@@ -147,7 +148,7 @@ class Engine:
         self._batch.forward(stage=_POSITIONS)
         bodies = np.searchsorted(self.chain.stations[1:], stations, side="right")
         bodies = np.minimum(bodies, len(self.chain.stations) - 1)
-        tangents = frames.reshape(len(positions), -1, 3, 3)[:, bodies, :, 2]
+        tangents = frames.reshape(len(positions), -1, 3, 3)[..., 2][:, bodies]
         along = (stations - self.chain.stations[bodies])[:, None]
         curve: FloatArray = positions[:, bodies] + along * tangents
         return curve

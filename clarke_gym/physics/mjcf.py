@@ -34,19 +34,16 @@ class Profile:
         Longest time step [s].
     folded : bool
         Whether a segment's n taut tendons act as two tendons along its Clarke coordinates.
-    armature_ratio : float
-        Rotor inertia of each joint over m l^2 of its element.
     """
 
     elements: int
     sim_dt_s: float
     folded: bool
-    armature_ratio: float
 
 
 PROFILES = {
-    "fast": Profile(elements=3, sim_dt_s=5e-3, folded=True, armature_ratio=0.02),
-    "accurate": Profile(elements=10, sim_dt_s=2e-3, folded=False, armature_ratio=0.01),
+    "fast": Profile(elements=3, sim_dt_s=5e-3, folded=True),
+    "accurate": Profile(elements=10, sim_dt_s=2e-3, folded=False),
 }
 
 
@@ -193,7 +190,7 @@ class _Backbone:
                     body = body.add_body(name=f"link{k}_{i}", pos=[0.0, 0.0, station - origin])
                     origin = station
                     self._stations.append(origin)
-                    self._add_hinges(body, segment, elements, i, k, profile, step)
+                    self._add_hinges(body, segment, elements, i, k, step)
                 last = i == len(edges) - 2
                 _add_rod(body, segment, start + edges[i] - origin, start + edges[i + 1] - origin)
                 inside = (disks > edges[i]) & ((disks <= edges[i + 1]) | last)
@@ -215,7 +212,6 @@ class _Backbone:
         elements: int,
         i: int,
         k: int,
-        profile: Profile,
         step: float,
     ) -> None:
         # Mirrored orders x y | z y x: a product of rotations that is symmetric about the element's
@@ -226,14 +222,12 @@ class _Backbone:
         twisting = segment.shear_modulus_pa * 2.0 * second_moment / (2.0 * piece)
         # Backward Euler damps like an extra time constant of one step.
         tau = max(MIN_DAMPING_TIME_S, segment.damping_time_s - step)
-        mass = _segment_mass(segment) / elements
         for axis in "xy" if i % 2 else "zyx":
             name = f"{axis}{k}_{i}"
             joint = body.add_joint(
                 name=name,
                 type=mujoco.mjtJoint.mjJNT_HINGE,
                 axis=[float(axis == a) for a in "xyz"],
-                armature=profile.armature_ratio * mass * (2.0 * piece) ** 2,
             )
             joint.stiffness[0] = twisting if axis == "z" else bending
             joint.damping[0] = tau * joint.stiffness[0]
@@ -262,12 +256,6 @@ def _element_count(segment: Segment, profile: Profile, routing: str) -> int:
         return profile.elements
     # Disks between elements stand perpendicular to the true tangent.
     return segment.n_disks * math.ceil(profile.elements / segment.n_disks)
-
-
-def _segment_mass(segment: Segment) -> float:
-    area = math.pi * segment.backbone_diameter_m**2 / 4.0
-    rod = segment.density_kg_m3 * area * segment.length_m
-    return rod + segment.n_disks * segment.disk_mass_kg
 
 
 def _reach(robot: Robot, k: int) -> float:

@@ -134,6 +134,8 @@ class MujocoPhysics:
         self._profile = numbers
         tau = robot.actuator_time_constant_s
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+        # Environments keep to the rate limit; the margin leaves their commands' bits alone.
+        self._reach = robot.max_tendon_speed_m_s * control_dt * (1.0 + 1e-9)
         if threads is None:
             threads = min(num_envs, os.cpu_count() or 1)
         elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
@@ -240,8 +242,10 @@ class MujocoPhysics:
         if failed.any():
             self._diverged = self._diverged | failed
         if self._diverged.any():
-            engine.qpos[self._diverged] = before[0][self._diverged]
-            engine.qvel[self._diverged] = 0.0
+            stopped = np.flatnonzero(self._diverged)
+            engine.qpos[stopped] = before[0][stopped]
+            engine.qvel[stopped] = 0.0
+            end.set_rows(stopped, start.clarke[stopped])
         self._drive = end
         self._refresh()
 
@@ -259,7 +263,9 @@ class MujocoPhysics:
         target = Drives(command.clarke, command.off_manifold)
         if self._tension_driven:
             return target.rows(slice(None))
-        clarke = drive.clarke + gain * (target.clarke - drive.clarke)
+        move = gain * (target.clarke - drive.clarke)
+        speed = np.sqrt(move[..., :1] * move[..., :1] + move[..., 1:] * move[..., 1:])
+        clarke = drive.clarke + move * (self._reach / np.maximum(speed, self._reach))
         if target.off_manifold is None and drive.off_manifold is None:
             return Drives(clarke)
         zero = np.zeros((self.num_envs, self.robot.n_joints))

@@ -1,0 +1,193 @@
+"""What every user of the physics may rely on: determinism, states, divergence, clear errors."""
+
+import math
+
+import numpy as np
+import pytest
+
+from clarke_gym.physics.base import JointVector
+from clarke_gym.physics.mujoco import MujocoPhysics
+from clarke_gym.robots import MATERIALS, Segment, make_robot
+
+from .conftest import CONTROL_DT, random_commands, robot_of
+
+
+def trace(physics, commands, rows=slice(None)):
+    states = []
+    for command in commands:
+        off = command.off_manifold
+        physics.step(
+            JointVector.from_clarke(command.clarke[rows], None if off is None else off[rows])
+        )
+        state = physics.state
+        states.append(
+            np.hstack(
+                [state.tip_position, state.tip_quaternion, state.displacement.joint(physics.robot)]
+            )
+        )
+    return np.stack(states)
+
+
+@pytest.mark.parametrize("robot", [robot_of(3), robot_of(7, 4)], ids=["one", "two"])
+def test_rows_do_not_depend_on_threads_or_batch_size(robot):
+    commands = list(random_commands(robot, 5, 12))
+    together = trace(MujocoPhysics(robot, 5, CONTROL_DT, threads=1), commands)
+    threaded = trace(MujocoPhysics(robot, 5, CONTROL_DT, threads=2), commands)
+    alone = trace(MujocoPhysics(robot, 1, CONTROL_DT), commands, slice(3, 4))
+    np.testing.assert_array_equal(together, threaded)
+    np.testing.assert_array_equal(together[:, 3:4], alone)
+
+
+@pytest.mark.parametrize("options", [{}, {"profile": "accurate"}, {"routing": "chord"}], ids=str)
+def test_restored_state_continues_bit_for_bit(options):
+    robot = robot_of(3)
+    first = MujocoPhysics(robot, 2, CONTROL_DT, threads=1, **options)
+    other = MujocoPhysics(robot, 2, CONTROL_DT, threads=1, **options)
+    commands = list(random_commands(robot, 2, 12))
+    trace(first, commands[:6])
+    other.set_state(first.get_state())
+    np.testing.assert_array_equal(other.state.tip_position, first.state.tip_position)
+    np.testing.assert_array_equal(trace(other, commands[6:]), trace(first, commands[6:]))
+
+
+def test_folded_tendons_equal_all_tendons_even_when_some_are_slack(whole_profile):
+    robot = robot_of(5, 3)
+    folded = MujocoPhysics(robot, 4, CONTROL_DT, threads=1)
+    whole = MujocoPhysics(robot, 4, CONTROL_DT, threads=1, profile=whole_profile)
+    commands = list(random_commands(robot, 4, 30))
+    slack = 0
+    for command in commands:
+        folded.step(command)
+        whole.step(command)
+        slack += int((whole.tension == 0.0).any())
+        np.testing.assert_allclose(
+            folded.state.tip_position, whole.state.tip_position, rtol=0.0, atol=1e-9
+        )
+    assert 0 < slack < len(commands)
+
+
+def test_slack_tendons_carry_nothing_and_the_others_balance():
+    robot = robot_of(3, pretension_n=0.0)
+    physics = MujocoPhysics(robot, 1, CONTROL_DT, gravity_m_s2=(0.0, 0.0, 0.0))
+    loose = np.full((1, 3), -1e-4)
+    for _ in range(40):
+        physics.step(JointVector.from_clarke(np.array([[[0.005, 0.0]]]), loose))
+    tension = physics.tension[0]
+    assert tension[0] > 0.0
+    np.testing.assert_array_equal(tension[1:], 0.0)
+    # The pull side has to take up the slack of 0.1 mm and its own stretch first.
+    stretch = tension[0] / robot.segments[0].tendon_stiffness_n_m
+    achieved = physics.state.displacement.clarke[0, 0, 0]
+    assert achieved == pytest.approx(0.005 - 1e-4 - stretch, abs=1e-9)
+
+
+def test_divergence_is_flagged_contained_and_resettable(physics, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command = JointVector.from_clarke(np.zeros((3, 1, 2)))
+    state = physics.get_state()
+    state["qvel"][1] = 1e6
+    physics.set_state(state)
+    twin = MujocoPhysics(physics.robot, 3, CONTROL_DT, threads=1)
+    for _ in range(3):
+        physics.step(command)
+        twin.step(command)
+    assert physics.state.diverged.tolist() == [False, True, False]
+    assert np.isfinite(physics.state.tip_position).all()
+    assert np.isfinite(physics.state.displacement.clarke).all()
+    neighbours = [0, 2]
+    np.testing.assert_array_equal(
+        physics.state.tip_position[neighbours], twin.state.tip_position[neighbours]
+    )
+    physics.reset(np.array([1]), np.zeros((1, 1, 2)))
+    assert not physics.state.diverged.any()
+    physics.step(command)
+    assert not physics.state.diverged.any()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_a_command_that_is_not_a_number_diverges_only_its_row(physics):
+    clarke = np.zeros((3, 1, 2))
+    clarke[0] = np.nan
+    physics.step(JointVector.from_clarke(clarke))
+    assert physics.state.diverged.tolist() == [True, False, False]
+    assert np.isfinite(physics.state.tip_position).all()
+
+
+def test_reset_starts_at_rest_near_the_commanded_shape():
+    robot = robot_of(4, 5)
+    clarke = np.array([[[0.004, -0.002], [0.002, 0.003]]])
+    physics = MujocoPhysics(robot, 1, CONTROL_DT, gravity_m_s2=(0.0, 0.0, 0.0))
+    physics.reset(np.array([0]), clarke)
+    start = physics.state.tip_position
+    np.testing.assert_allclose(physics.state.displacement.clarke, clarke, atol=4e-5)
+    for _ in range(20):
+        physics.step(JointVector.from_clarke(clarke))
+    assert np.linalg.norm(physics.state.tip_position - start) < 1e-3 * robot.length_m
+
+
+def test_backbone_runs_from_base_to_tip():
+    physics = MujocoPhysics(robot_of(3, 3), 2, CONTROL_DT)
+    physics.reset(np.arange(2), np.full((2, 2, 2), 0.003))
+    curve = physics.backbone(8)
+    assert curve.shape == (2, 17, 3)
+    np.testing.assert_array_equal(curve[:, 0], 0.0)
+    np.testing.assert_allclose(curve[:, -1], physics.state.tip_position, atol=1e-12)
+    assert np.linalg.norm(np.diff(curve, axis=1), axis=-1).max() <= 0.025 + 1e-12
+
+
+def test_velocity_is_the_rate_of_the_displacement():
+    robot = robot_of(3)
+    for routing in ("ideal", "chord"):
+        physics = MujocoPhysics(robot, 1, 1e-3, sim_dt_s=1e-4, routing=routing)
+        command = JointVector.from_clarke(np.array([[[0.005, 0.0]]]))
+        for _ in range(30):
+            physics.step(command)
+        before, rate = physics.state.displacement.joint(robot), physics.velocity
+        physics.step(command)
+        slope = (physics.state.displacement.joint(robot) - before) / 1e-3
+        np.testing.assert_allclose(physics.velocity / 2 + rate / 2, slope, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"profile": "slow"}, "profile must be one of"),
+        ({"routing": "curved"}, "routing must be one of"),
+        ({"actuation": "pressure"}, "actuation must be one of"),
+        ({"payload_kg": math.nan}, "payload_kg must be finite"),
+        ({"payload_kg": -1.0}, "payload_kg must be finite"),
+        ({"sim_dt_s": 0.003}, "must divide the control period"),
+        ({"sim_dt_s": 0.0}, "sim_dt_s must be a positive"),
+        ({"threads": 0}, "threads must be"),
+        ({"gravity_m_s2": (0.0, math.inf, 0.0)}, "gravity_m_s2 must hold 3 finite"),
+        ({"base_quaternion": (1.0, 1.0, 0.0, 0.0)}, "base_quaternion must have length 1"),
+    ],
+    ids=lambda value: str(value) if isinstance(value, dict) else "",
+)
+def test_bad_options_are_refused_by_name(options, message):
+    with pytest.raises(ValueError, match=message):
+        MujocoPhysics(robot_of(3), 1, CONTROL_DT, **options)
+
+
+@pytest.mark.parametrize(
+    ("segment", "message"),
+    [
+        ({"n_disks": 300}, "disks overlap"),
+        ({"backbone_diameter_m": 0.0}, "backbone_diameter_m must be a positive"),
+        ({"n_tendons": 2}, "n_tendons must be at least 3"),
+        ({"joint_type": "chain"}, "joint_type must be one of"),
+        ({"pretension_n": -1.0}, "pretension_n must be finite"),
+        ({"tendon_stiffness_n_m": math.nan}, "tendon_stiffness_n_m must be a positive"),
+    ],
+    ids=lambda value: str(value) if isinstance(value, dict) else "",
+)
+def test_impossible_segments_are_refused_by_name(segment, message):
+    with pytest.raises(ValueError, match=message):
+        Segment(**segment)
+
+
+def test_unknown_material_is_refused_and_known_ones_apply():
+    assert make_robot(material="tpu").segments[0].density_kg_m3 == MATERIALS["tpu"].density_kg_m3
+    with pytest.raises(ValueError, match="material must be one of"):
+        make_robot(material="unobtainium")
