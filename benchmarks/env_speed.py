@@ -1,0 +1,101 @@
+"""Speed of the environments against Gymnasium's own, as ratios inside one run.
+
+python -m benchmarks.env_speed
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from benchmarks.timing import Workload, seconds_per_call
+
+ID = "clarke_gym/Reach-v0"
+BATCH = 4096
+
+
+def vector(env_id: str, batch: int, **keywords: Any) -> Workload:
+    """Return one step of a batch in mid-life: episodes end at different times, resets included."""
+    envs = gym.make_vec(env_id, num_envs=batch, vectorization_mode="vector_entry_point", **keywords)
+    envs.reset(seed=0)
+    envs.action_space.seed(0)
+    actions = envs.action_space.sample()
+    core = getattr(envs.unwrapped, "core", None)
+    if core is not None:
+        core.steps[:] = np.arange(batch) % 50
+    else:
+        for _ in range(60):
+            envs.step(actions)
+    return lambda: envs.step(actions)
+
+
+def scalar(env_id: str, **keywords: Any) -> Workload:
+    """Return one step of a scalar environment, resets at the time limit included."""
+    env = gym.make(env_id, **keywords)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(64)]
+    count = 0
+
+    def step() -> None:
+        nonlocal count
+        count += 1
+        _, _, terminated, truncated, _ = env.step(actions[count % 64])
+        if terminated or truncated:
+            env.reset()
+
+    return step
+
+
+def main() -> None:
+    """Print every ratio with its bar."""
+    steps: dict[str, Workload] = {
+        "cartpole": vector("CartPole-v1", BATCH),
+        "clarke n=7": vector(ID, BATCH, n_tendons=7, representation="clarke"),
+        "clarke n=3": vector(ID, BATCH, n_tendons=3, representation="clarke"),
+        "clarke n=32": vector(ID, BATCH, n_tendons=32, representation="clarke"),
+        "raw n=3": vector(ID, BATCH, n_tendons=3),
+        "raw n=32": vector(ID, BATCH, n_tendons=32),
+        "raw n=3, batch 32": vector(ID, 32, n_tendons=3),
+        "raw n=32, batch 32": vector(ID, 32, n_tendons=32),
+    }
+    t = seconds_per_call(steps, rounds=25, calls=20)
+    single = {
+        "reacher": scalar("Reacher-v5"),
+        "raw n=3": scalar(ID, n_tendons=3),
+        "raw n=7": scalar(ID, n_tendons=7),
+        "clarke n=7": scalar(ID, n_tendons=7, representation="clarke"),
+    }
+    s = seconds_per_call(single, rounds=25, calls=400)
+    print(f"vector step, batch {BATCH}, autoreset included, one thread, median of 25 rounds")
+    for name, value in t.items():
+        print(f"  {name:20s} {value * 1e6:8.0f} us")
+    print("scalar env.step, autoreset included")
+    for name, value in s.items():
+        print(f"  {name:20s} {value * 1e6:8.1f} us")
+    print("speed ratios (bar)")
+    rows = [
+        ("vector clarke n=7 / CartPole-v1", t["cartpole"] / t["clarke n=7"], ">= 0.25"),
+        ("scalar raw n=3 / Reacher-v5", s["reacher"] / s["raw n=3"], ">= 1"),
+        ("scalar raw n=7 / Reacher-v5", s["reacher"] / s["raw n=7"], ">= 1"),
+        ("scalar clarke n=7 / Reacher-v5", s["reacher"] / s["clarke n=7"], ">= 1"),
+        ("cost clarke n=32 / n=3", t["clarke n=32"] / t["clarke n=3"], "<= 1.5"),
+        ("cost raw n=32 / n=3", t["raw n=32"] / t["raw n=3"], "<= 1.5"),
+        (
+            "cost raw n=32 / n=3, batch 32",
+            t["raw n=32, batch 32"] / t["raw n=3, batch 32"],
+            "<= 1.5",
+        ),
+    ]
+    for name, ratio, bar in rows:
+        print(f"  {name:32s} {ratio:6.2f}   {bar}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Where the wall time of PPO goes: Stable-Baselines3 and torch, or our code.
+
+python -m benchmarks.training_profile
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from agents.config import ROOT, StudyConfig, load_config
+from agents.evaluation import HeldOutEvaluation
+from agents.sb3_vec_env import Sb3VecEnv
+from agents.training import train
+
+
+class _Clock:
+    """Adds up the wall time spent inside a method, calls inside one another counted once."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._inside = False
+
+    def watch(self, owner: type, method: str, label: str) -> None:
+        original: Callable[..., Any] = getattr(owner, method)
+
+        def timed(*arguments: Any, **keywords: Any) -> Any:
+            if self._inside:
+                return original(*arguments, **keywords)
+            self._inside = True
+            begin = time.perf_counter()
+            try:
+                return original(*arguments, **keywords)
+            finally:
+                self._inside = False
+                spent = time.perf_counter() - begin
+                self.seconds[label] = self.seconds.get(label, 0.0) + spent
+
+        setattr(owner, method, timed)
+
+
+def main() -> None:
+    """Train one run of quick.yaml per representation and print the shares."""
+    clock = _Clock()
+    clock.watch(Sb3VecEnv, "step_wait", "environment step and adapter")
+    clock.watch(Sb3VecEnv, "reset", "environment step and adapter")
+    clock.watch(HeldOutEvaluation, "run", "held-out evaluation (policy included)")
+    study = load_config(StudyConfig, ROOT / "configs" / "studies" / "quick.yaml")
+    for run in study.runs()[2:4]:
+        clock.seconds.clear()
+        with tempfile.TemporaryDirectory() as folder:
+            begin = time.perf_counter()
+            train(run, Path(folder))
+            total = time.perf_counter() - begin
+        rest = total - sum(clock.seconds.values())
+        print(f"{run.name}: {total:.1f} s wall, {run.total_steps} environment steps")
+        print(f"  Stable-Baselines3 and torch                 {rest / total:6.1%}   (bar >= 80 %)")
+        for label, seconds in clock.seconds.items():
+            print(f"  {label:42s}  {seconds / total:6.1%}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""The Reach task: goals, rewards, success, and options."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from clarke_gym import kinematics
+
+ID = "clarke_gym/Reach-v0"
+
+
+def test_goals_are_uniform_over_the_dome_and_reachable():
+    envs = gym.make_vec(ID, num_envs=4000)
+    envs.reset(seed=0)
+    core = envs.unwrapped.core
+    goal = core.goal / core.robot.length_m
+    # A tip at radius r and height z of a unit arc: phi = 2 atan2(r, z) and |p| = sinc(phi / 2).
+    phi = 2 * np.arctan2(np.hypot(goal[:, 0], goal[:, 1]), goal[:, 2])
+    np.testing.assert_allclose(np.linalg.norm(goal, axis=1), np.sinc(phi / 2 / np.pi), atol=1e-12)
+    grid = np.linspace(0, np.pi / 2, 4001)
+    cdf = np.concatenate([[0], np.cumsum(kinematics.dome_density((grid[1:] + grid[:-1]) / 2))])
+    assert kstest(phi, lambda x: np.interp(x, grid, cdf / cdf[-1])).pvalue > 0.01
+
+
+def test_dense_reward_is_bounded_and_grows_towards_the_goal():
+    env = gym.make(ID, goal_env=True)
+    env.reset(seed=0)
+    goal = np.array([0.3, 0.1, 0.8], np.float32)
+    offsets = np.array([0.0, 0.005, 0.02, 0.1, 0.5, 1.9], np.float32)[:, None] * [1.0, 0, 0]
+    rewards = env.unwrapped.compute_reward(goal + offsets.astype(np.float32), goal, {})
+    assert rewards.shape == (6,)
+    assert rewards[0] == 1.0
+    assert (np.diff(rewards) < -1e-3).all()
+    assert rewards[-1] > 0.0
+    assert rewards[2] == pytest.approx(0.5 / 1.2 + 0.5 / np.e, abs=1e-5)
+
+
+def test_reward_terms_add_up_and_error_is_the_distance():
+    env = gym.make(ID, n_segments=2)
+    env.reset(seed=3)
+    _, reward, _, _, info = env.step(env.action_space.sample())
+    core = env.unwrapped.core
+    distance = np.linalg.norm(core.physics.state.tip_position[0] - core.goal[0])
+    assert reward == info["reward_closeness"] + info["reward_precision"]
+    assert info["tip_error_m"] == pytest.approx(distance, abs=1e-7)
+    assert info["tip_error_percent"] == pytest.approx(100 * distance / 0.4, abs=1e-4)
+
+
+def test_sparse_reward_is_zero_on_success_only():
+    env = gym.make(ID, reward="sparse", random_start=False)
+    env.reset(seed=0, options={"goal": [0.0, 0.0, 0.2]})
+    rewards = []
+    for _ in range(10):
+        _, reward, _, _, info = env.step(np.array([0.4, -0.2, -0.2]))
+        assert reward == (0.0 if info["is_success"] else -1.0)
+        rewards.append(reward)
+    assert rewards[0] == 0.0
+    assert rewards[-1] == -1.0
+
+
+def test_compute_reward_repeats_the_reward_bit_for_bit_in_any_batch_shape():
+    env = gym.make(ID, goal_env=True, n_tendons=7, representation="clarke")
+    env.reset(seed=0)
+    rows = []
+    for _ in range(20):
+        observation, reward, *_ = env.step(env.action_space.sample())
+        achieved, desired = observation["achieved_goal"], observation["desired_goal"]
+        assert env.unwrapped.compute_reward(achieved, desired, {}) == reward
+        rows.append((achieved, desired, reward))
+    achieved, desired, reward = (np.array(part) for part in zip(*rows, strict=True))
+    batch = env.unwrapped.compute_reward(achieved.reshape(4, 5, 3), desired.reshape(4, 5, 3), {})
+    np.testing.assert_array_equal(batch, reward.reshape(4, 5))
+
+
+def test_a_goal_can_be_given():
+    env = gym.make(ID, goal_env=True)
+    goal = [0.05, -0.02, 0.17]
+    observation, _ = env.reset(seed=0, options={"goal": goal})
+    np.testing.assert_allclose(observation["desired_goal"], np.array(goal) / 0.2, rtol=1e-6)
+
+
+def test_straight_start():
+    env = gym.make(ID, goal_env=True, random_start=False)
+    observation, _ = env.reset(seed=0)
+    np.testing.assert_allclose(observation["achieved_goal"], [0, 0, 1], atol=1e-7)
+
+
+def test_drives_lag_by_their_time_constant():
+    """After one period the gap to a constant command is exp(-T / tau) of what it was."""
+    env = gym.make(ID, random_start=False, control="absolute")
+    env.reset(seed=0)
+    env.step(np.array([1.0, -0.5, -0.5]))
+    held = env.unwrapped.core.physics.state.displacement.clarke[0, 0, 0]
+    assert held == pytest.approx(0.001 * (1 - np.exp(-1.0)), rel=1e-12)
+
+
+def test_time_limit_truncates_and_success_does_not_terminate():
+    env = gym.make(ID, success_tolerance=10.0)
+    env.reset(seed=0)
+    ends = [env.step(env.action_space.sample())[2:4] for _ in range(50)]
+    assert ends[:-1] == [(False, False)] * 49
+    assert ends[-1] == (False, True)
