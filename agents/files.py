@@ -32,6 +32,7 @@ def write_bytes(path: Path, data: bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
+            os.fchmod(file.fileno(), 0o644)  # mkstemp hides the file from everybody else
         os.replace(name, path)  # noqa: PTH105
     except BaseException:
         with suppress(FileNotFoundError):
@@ -100,7 +101,7 @@ def write_manifest(path: Path, extra: dict[str, Any]) -> None:
     """Write where results come from: code, packages, command, machine, and `extra`."""
     manifest = {
         "git_sha": _git("rev-parse", "HEAD"),
-        "git_dirty": _git("status", "--porcelain") not in ("", "unknown"),
+        "git_dirty": _git("status", "--porcelain", "--untracked-files=no") not in ("", "unknown"),
         "packages": {name: importlib.metadata.version(name) for name in PACKAGES},
         "python": platform.python_version(),
         "command": shlex.join(sys.argv),

@@ -14,6 +14,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.timing import Workload, seconds_per_call
 
 ID = "clarke_gym/Reach-v0"
