@@ -88,6 +88,26 @@ def matrix_like(matrix: FloatArray, like: Array) -> Array:
     return xp.as_tensor(matrix.copy(), dtype=like.dtype, device=like.device)
 
 
+def parameter(value: Array, like: Array) -> Number:
+    """Return a design number as a Python float, which keeps the precision of what it meets.
+
+    Arrays of numbers, one for each row of a batch, become arrays of the kind of `like`.
+    """
+    if isinstance(value, int | float):  # NumPy's float64 is one of them
+        return float(value)
+    if namespace(value) is not np:
+        return value
+    array = np.asarray(value)
+    return float(array) if array.ndim == 0 else matrix_like(array, like)
+
+
+def parameters(values: Array, like: Array) -> list[Number]:
+    """Return `parameter` of each entry along the last axis: one a segment."""
+    if getattr(values, "ndim", 1) > 1:
+        return [parameter(values[..., k], like) for k in range(values.shape[-1])]
+    return [parameter(value, like) for value in values]
+
+
 def float64(part: Number) -> Number:
     """Return a component in double precision."""
     return part if isinstance(part, float) else part.astype(np.float64)

@@ -13,58 +13,25 @@ and the bending angle :math:`\phi = |\beta|`. With :math:`h = \sin(\phi/2)/\phi`
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import Array, FloatArray, FloatMath, Number, as_floating, namespace
-
-_SERIES_TERMS = 10
-_TINY_32 = np.finfo(np.float32).tiny
-_TINY_64 = float(np.finfo(np.float64).tiny)
-
-Components = tuple[Number, ...]
-"""Coordinates of a vector or quaternion, each a float or an array."""
-
-
-def half_angle_functions(squared_angle: Array) -> tuple[Array, Array]:
-    r"""Return :math:`\cos(\phi/2)` and :math:`h = \sin(\phi/2)/\phi` from :math:`u = \phi^2`.
-
-    Parameters
-    ----------
-    squared_angle : array
-        u [rad^2], any shape.
-
-    Returns
-    -------
-    cosine, h : array
-        Shaped as `squared_angle`; at u = 0 they are 1 and 1/2.
-
-    Examples
-    --------
-    >>> half_angle_functions(np.array([0.0, np.pi**2]))
-    (array([1.000000e+00, 6.123234e-17]), array([0.5       , 0.31830989]))
-    """
-    xp = namespace(squared_angle)
-    if xp is np or xp is FloatMath:
-        half: Any = 0.5 * xp.sqrt(squared_angle)
-        tiny = _TINY_32 if getattr(half, "dtype", None) == np.float32 else _TINY_64
-        safe = xp.maximum(half, tiny)  # sin(t)/t is exactly 1 there
-        return xp.cos(half), xp.sin(safe) / (2.0 * safe)
-    # Autodiff through sqrt(u) is not finite at 0: below u = 1 use the Taylor series in u itself.
-    near = squared_angle < 1.0
-    small = xp.where(near, squared_angle, xp.zeros_like(squared_angle)) / 4.0
-    cosine, sine = xp.ones_like(small), xp.ones_like(small)
-    for k in range(_SERIES_TERMS, 0, -1):
-        cosine = 1.0 - cosine * small / ((2 * k - 1) * (2 * k))
-        sine = 1.0 - sine * small / ((2 * k) * (2 * k + 1))
-    half = 0.5 * xp.sqrt(xp.where(near, xp.ones_like(squared_angle), squared_angle))
-    return (
-        xp.where(near, cosine, xp.cos(half)),
-        xp.where(near, 0.5 * sine, xp.sin(half) / (2.0 * half)),
-    )
+from clarke_gym._arrays import (
+    Array,
+    Number,
+    as_floating,
+    matrix_like,
+    namespace,
+    parameter,
+    parameters,
+)
+from clarke_gym.arc_functions import half_angle_functions as half_angle_functions
+from clarke_gym.dome import dome_density as dome_density
+from clarke_gym.dome import sample_dome as sample_dome
+from clarke_gym.quaternions import Components as Components
+from clarke_gym.quaternions import product, split, turned
+from clarke_gym.quaternions import quaternion_multiply as quaternion_multiply
+from clarke_gym.quaternions import rotate as rotate
 
 
 def _check_bending(bending: Array) -> Array:
@@ -132,6 +99,7 @@ def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
     """
     bending = _check_bending(bending)
     xp = namespace(bending)
+    length = parameter(length, bending)
     position, quaternion = arc_pose(bending[..., 0], bending[..., 1], length)
     return xp.stack(position, -1), xp.stack(quaternion, -1)
 
@@ -160,9 +128,10 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     >>> clarke_to_bending(clarke, np.array([0.01, 0.01]))[:, 0]
     array([1., 2.])
     """
-    xp = namespace(clarke)
-    pairs = [_split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, pitch_radii)], -2)
+    clarke = _check_pairs(clarke, pitch_radii, "clarke")
+    xp, radii = namespace(clarke), parameters(pitch_radii, clarke)
+    pairs = [split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
+    return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, radii)], -2)
 
 
 def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
@@ -194,9 +163,10 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
     >>> bending_to_clarke(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([0.01, 0.01]))[:, 0]
     array([0.01, 0.03])
     """
-    xp = namespace(bending)
-    pairs = [_split(bending[..., k, :]) for k in range(bending.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, pitch_radii)], -2)
+    bending = _check_pairs(bending, pitch_radii, "bending")
+    xp, radii = namespace(bending), parameters(pitch_radii, bending)
+    pairs = [split(bending[..., k, :]) for k in range(bending.shape[-2])]
+    return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, radii)], -2)
 
 
 def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
@@ -207,82 +177,15 @@ def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]
     return [(x * d, y * d) for (x, y), d in zip(sums, pitch_radii, strict=True)]
 
 
-def quaternion_multiply(first: Array, second: Array) -> Array:
-    """Return the Hamilton product of two arrays of quaternions (w, x, y, z).
-
-    Parameters
-    ----------
-    first, second : array, shape (..., 4)
-
-    Returns
-    -------
-    array, shape (..., 4)
-
-    Examples
-    --------
-    >>> quaternion_multiply(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0]))
-    array([0., 0., 0., 1.])
-    """
-    xp = namespace(first, second)
-    return xp.stack(_product(_split(first), _split(second)), -1)
-
-
-def _split(array: Array) -> Components:
-    return tuple(array[..., i] for i in range(array.shape[-1]))
-
-
-def _product(first: Components, second: Components) -> Components:
-    a, b, c, d = first
-    w, x, y, z = second
-    return (
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y - b * z + c * w + d * x,
-        a * z + b * y - c * x + d * w,
-    )
-
-
-def _turned(quaternion: Components, vector: Components) -> Components:
-    w, a, b, c = quaternion
-    x, y, z = vector
-    tx, ty, tz = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)
-    return (
-        x + w * tx + b * tz - c * ty,
-        y + w * ty + c * tx - a * tz,
-        z + w * tz + a * ty - b * tx,
-    )
-
-
-def rotate(quaternion: Array, vector: Array) -> Array:
-    """Return `vector` turned by unit quaternions (w, x, y, z).
-
-    Parameters
-    ----------
-    quaternion : array, shape (..., 4)
-    vector : array, shape (..., 3)
-
-    Returns
-    -------
-    array, shape (..., 3)
-
-    Examples
-    --------
-    >>> quarter_turn_about_z = np.sqrt([0.5, 0.0, 0.0, 0.5])
-    >>> rotate(quarter_turn_about_z, np.array([1.0, 0.0, 0.0])).round(12) + 0.0
-    array([0., 1., 0.])
-    """
-    xp = namespace(quaternion, vector)
-    return xp.stack(_turned(_split(quaternion), _split(vector)), -1)
-
-
-def _check_segments(bending: Array, lengths: Array) -> tuple[Array, Array]:
-    bending = _check_bending(bending)
-    if bending.ndim < 2 or bending.shape[-2] != len(lengths):
+def _check_pairs(pairs: Array, per_segment: Array, name: str) -> Array:
+    pairs = as_floating(pairs, name)
+    count = getattr(per_segment, "shape", (len(per_segment),))[-1]
+    if pairs.ndim < 2 or pairs.shape[-2:] != (count, 2):
         raise ValueError(
-            f"bending must have the shape (..., {len(lengths)}, 2) for {len(lengths)} lengths, "
-            f"got {tuple(bending.shape)}"
+            f"{name} must have the shape (..., {count}, 2) for {count} segments, "
+            f"got {tuple(pairs.shape)}"
         )
-    return bending, lengths
+    return pairs
 
 
 def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Array]]:
@@ -292,7 +195,7 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     ----------
     bending : array, shape (..., S, 2)
         Bending vector of every segment [rad], each in the frame at its own base.
-    lengths : array_like, shape (S,)
+    lengths : array_like, shape (S,) or (..., S)
         Segment lengths [m].
 
     Returns
@@ -313,9 +216,9 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     >>> positions[1]
     array([0. , 0. , 0.3])
     """
-    bending, lengths = _check_segments(bending, lengths)
-    xp = namespace(bending)
-    pairs = [_split(bending[..., k, :]) for k in range(len(lengths))]
+    bending = _check_pairs(bending, lengths, "bending")
+    xp, lengths = namespace(bending), parameters(lengths, bending)
+    pairs = [split(bending[..., k, :]) for k in range(len(lengths))]
     poses = chain_poses(pairs, lengths)
     return [xp.stack(p, -1) for p, _ in poses], [xp.stack(q, -1) for _, q in poses]
 
@@ -344,9 +247,9 @@ def chain_poses(pairs: Sequence[Components], lengths: Array) -> list[tuple[Compo
     for k in range(1, len(lengths)):
         position, quaternion = poses[-1]
         step, turn = arc_pose(pairs[k][0], pairs[k][1], lengths[k])
-        moved = _turned(quaternion, step)
+        moved = turned(quaternion, step)
         position = tuple(a + b for a, b in zip(position, moved, strict=True))
-        poses.append((position, _product(quaternion, turn)))
+        poses.append((position, product(quaternion, turn)))
     return poses
 
 
@@ -408,91 +311,16 @@ def backbone(bending: Array, lengths: Array, points: int = 16) -> Array:
     >>> backbone(np.zeros((1, 2)), [0.2], points=2)[:, 2]
     array([0. , 0.1, 0.2])
     """
-    bending, lengths = _check_segments(bending, lengths)
-    xp = namespace(bending)
+    bending = _check_pairs(bending, lengths, "bending")
+    xp, lengths = namespace(bending), parameters(lengths, bending)
     positions, quaternions = segment_ends(bending, lengths)
-    fractions = xp.arange(1, points + 1) / points
+    fractions = matrix_like(np.arange(1, points + 1) / points, bending)
     curves = [xp.zeros_like(positions[0])[..., None, :]]
     for k in range(len(lengths)):
         part = bending[..., k, None, :] * fractions[:, None]
-        local, _ = segment_pose(part, lengths[k] * fractions)
+        length = lengths[k] if isinstance(lengths[k], float) else lengths[k][..., None]
+        local, _ = segment_pose(part, length * fractions)
         if k:
             local = positions[k - 1][..., None, :] + rotate(quaternions[k - 1][..., None, :], local)
         curves.append(local)
     return xp.concat(curves, -2)
-
-
-def dome_density(bending_angle: ArrayLike) -> FloatArray:
-    r"""Return the tip-surface area per unit of bending angle and of direction, over l^2.
-
-    The tips of a segment of fixed length form a dome; its area element is
-    :math:`r(\phi)\,|dp/d\phi|\,d\phi\,d\theta` with the tip's radius r.
-
-    Parameters
-    ----------
-    bending_angle : array_like
-        phi [rad] in [0, 2 pi).
-
-    Returns
-    -------
-    ndarray
-        Area density, shaped as `bending_angle`.
-
-    Examples
-    --------
-    >>> angle = np.array([1e-6])
-    >>> dome_density(angle) / angle  # a flat disk of radius l phi / 2 near the top
-    array([0.25])
-    """
-    phi = np.asarray(bending_angle, dtype=np.float64)
-    cosine, h = half_angle_functions(phi * phi)
-    radius = 2.0 * phi * h * h
-    # |dp/dphi|^2 = (dr/dphi)^2 + (dz/dphi)^2 in terms of S = sin(phi)/phi and h.
-    s = 2.0 * h * cosine
-    small = phi < 1e-3
-    safe = np.where(small, 1.0, phi)
-    radial = s - 2.0 * h * h
-    axial = np.where(small, -phi / 3.0, (np.cos(safe) - s) / safe)
-    return radius * np.hypot(radial, axial)
-
-
-@lru_cache(maxsize=1)
-def _dome_table() -> tuple[FloatArray, FloatArray]:
-    """Bending angles and the dome's area up to them (per radian of direction, over l^2)."""
-    angles = np.linspace(0.0, 2.0 * np.pi, 4097)
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    step = angles[1]
-    samples = angles[:-1, None] + step * (nodes + 1.0) / 2.0
-    areas = dome_density(samples) @ weights * step / 2.0
-    return angles, np.concatenate([[0.0], np.cumsum(areas)])
-
-
-def sample_dome(uniforms: NDArray[np.float64], max_bending: ArrayLike) -> FloatArray:
-    """Return bending vectors whose tip positions are uniform over the dome of one segment.
-
-    Uniform Clarke coordinates would crowd the dome's rim: there the same step in bending moves the
-    tip less. The area is inverted instead.
-
-    Parameters
-    ----------
-    uniforms : ndarray, shape (..., 2)
-        Independent uniform numbers in [0, 1).
-    max_bending : array_like, shape (...)
-        Bending limit [rad], at most 2 pi.
-
-    Returns
-    -------
-    ndarray, shape (..., 2)
-        Bending vectors [rad].
-
-    Examples
-    --------
-    >>> sample_dome(np.array([[0.0, 0.0], [1.0, 0.25]]), 1.5).round(6) + 0.0
-    array([[0. , 0. ],
-           [0. , 1.5]])
-    """
-    angles, areas = _dome_table()
-    total = np.interp(np.asarray(max_bending, dtype=np.float64), angles, areas)
-    phi = np.interp(uniforms[..., 0] * total, areas, angles)
-    theta = 2.0 * np.pi * uniforms[..., 1]
-    return np.stack([phi * np.cos(theta), phi * np.sin(theta)], axis=-1)

@@ -137,7 +137,7 @@ def test_batches_equal_rows(n, data):
     rho = data.draw(vectors(n, (3, 2)))
     batch = clarke.to_clarke(rho)
     assert batch.shape == (3, 2, 2)
-    np.testing.assert_allclose(batch[1, 1], clarke.to_clarke(rho[1, 1]), atol=1e-16)
+    np.testing.assert_allclose(batch[1, 1], clarke.to_clarke(rho[1, 1]), atol=1e-15)
 
 
 @given(
