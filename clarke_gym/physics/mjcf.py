@@ -154,9 +154,8 @@ def build_chain(
     spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
     chain = _Backbone(spec, robot, profile, step, routing)
     if payload_kg > 0.0:
-        chain.tip_body.add_geom(
-            name="payload", size=[DISK_RIM_M, 0.0, 0.0], pos=chain.tip_offset, mass=payload_kg
-        )
+        tip = spec.body(f"end{robot.n_segments - 1}")
+        tip.mass, tip.inertia = payload_kg, [0.4 * payload_kg * DISK_RIM_M**2] * 3
     for j in range(robot.n_segments):
         if routing == "chord":
             _chord_tendons(spec, robot, j)
@@ -200,10 +199,14 @@ class _Backbone:
                     if routing == "chord":
                         _add_holes(body, robot, k, int(m), z)
             start += segment.length_m
+            # A point at the segment's end, for poses, loads and payload.
+            end = body.add_body(name=f"end{k}", pos=[0.0, 0.0, start - origin])
+            # The compiler would put a massless body's centre elsewhere, and loads act on it.
+            end.explicitinertial, end.ipos = True, [0.0, 0.0, 0.0]
+            self._stations.append(start)
         if routing == "chord":
             _add_holes(spec.body("base"), robot, 0, -1, 0.0)
-        self.tip_body, self.tip_offset = body, [0.0, 0.0, start - origin]
-        body.add_site(name="tip", pos=self.tip_offset)
+        end.add_site(name="tip")
 
     def _add_hinges(
         self,

@@ -1,0 +1,1 @@
+"""Validation of the physics against theory, Cosserat rods and a real robot, in one command."""

@@ -1,0 +1,66 @@
+"""Command line: ``python -m benchmarks.validation [--only bend ...] [--out folder]``."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import importlib
+import time
+from pathlib import Path
+
+from benchmarks.validation.common import Row, Skipped
+
+PARTS = {
+    "bend": "displacement to bending angle",
+    "cosserat": "tendon-driven robots against Cosserat rods",
+    "statics": "wrench-loaded rods against SoRoSim",
+    "release": "tip-release dynamics against SoRoSim",
+    "beam": "Euler-Bernoulli deflection and first frequency",
+    "gap": "constant curvature against MuJoCo",
+    "hardware": "a real three-segment robot",
+}
+
+
+def _table(rows: list[Row]) -> str:
+    lines = [
+        "| part | case | conditions | value | bar | |",
+        "| --- | --- | --- | ---: | ---: | --- |",
+    ]
+    for row in rows:
+        bar = "" if row.bar is None else f"{row.bar:g}"
+        lines.append(
+            f"| {row.part} | {row.case} | {row.conditions} | {row.value:.4g} {row.unit} "
+            f"| {bar} | {row.verdict} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Run the chosen parts, print their table and write it beside the figures."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=list(PARTS), help="parts to run (all)")
+    parser.add_argument("--out", type=Path, default=Path("docs/validation"), help="output folder")
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows: list[Row] = []
+    for name in options.only or PARTS:
+        start = time.perf_counter()
+        try:
+            rows += importlib.import_module(f"benchmarks.validation.{name}").run(options.out)
+        except Skipped as reason:
+            print(f"{name}: skipped, {reason}")
+            continue
+        print(f"{name}: {PARTS[name]}, {time.perf_counter() - start:.0f} s")
+    table = _table(rows)
+    print(table)
+    (options.out / "results.md").write_text(table)
+    with (options.out / "results.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["part", "case", "conditions", "value", "unit", "bar", "verdict"])
+        writer.writerows(
+            [r.part, r.case, r.conditions, f"{r.value:.6g}", r.unit, r.bar, r.verdict] for r in rows
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""What all parts of the validation share: result rows, the reference data, figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference"
+
+
+class Skipped(Exception):
+    """A part cannot run here, and why."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured number and the conditions that it holds under."""
+
+    part: str
+    case: str
+    conditions: str
+    value: float
+    unit: str
+    bar: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the value is within its bar."""
+        if self.bar is None:
+            return ""
+        return "met" if self.value <= self.bar else "missed"
+
+
+def reference(*parts: str) -> Path:
+    """Return a path of the reference data, or raise `Skipped` where it is absent."""
+    path = REFERENCE.joinpath(*parts)
+    if not path.exists():
+        raise Skipped(f"no reference data at {path}")
+    return path
+
+
+def save(figure: Figure, out: Path, name: str) -> None:
+    """Write a figure as PNG."""
+    figure.tight_layout()
+    figure.savefig(out / f"{name}.png", dpi=120)
