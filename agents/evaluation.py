@@ -44,6 +44,7 @@ class HeldOutEvaluation:
             autoreset_mode="disabled",
             **settings.kwargs,  # type: ignore[arg-type]
         )
+        self._length_m = self._env.unwrapped.core.robot.length_m  # type: ignore[attr-defined]
 
     def run(self, agent: Agent) -> dict[str, NDArray[Any]]:
         """Return results of one deterministic episode a goal.
@@ -52,7 +53,8 @@ class HeldOutEvaluation:
         -------
         dict of ndarray, shape (n_goals,)
             ``is_success`` and ``tip_error_m``, ``tip_error_percent`` at the end of the episode,
-            and ``episode_return``. A diverged episode is no success, its error infinite.
+            and ``episode_return``. A diverged episode is no success, and its error is twice the
+            robot's length: no tip can be further from a goal.
         """
         observation, info = self._env.reset(seed=HELD_OUT_SEED)
         total = np.zeros(self._env.num_envs)
@@ -69,8 +71,8 @@ class HeldOutEvaluation:
                 observation, _ = self._env.reset(options={"reset_mask": terminated})
         return {
             "is_success": info["is_success"] & ~failed,
-            "tip_error_m": np.where(failed, np.inf, info["tip_error_m"]),
-            "tip_error_percent": np.where(failed, np.inf, info["tip_error_percent"]),
+            "tip_error_m": np.where(failed, 2.0 * self._length_m, info["tip_error_m"]),
+            "tip_error_percent": np.where(failed, 200.0, info["tip_error_percent"]),
             "episode_return": total,
         }
 

@@ -1,12 +1,11 @@
 """The report of a study: a self-contained HTML page, figures and tables, from its run folders."""
 
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 from agents import plots
 from agents.bootstrap import REPS
+from agents.files import write_bytes
 from agents.report_html import Picture, page
 from agents.results import load_study
 from agents.summary import Summary, summarise
@@ -53,19 +52,6 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
         plots.wall_clock,
     ),
 )
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write a file so that a reader sees the old one or the new one, never a part."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        Path(temporary).chmod(0o644)  # mkstemp keeps files to their owner
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def _markdown(summary: Summary) -> str:
@@ -122,9 +108,9 @@ def write_report(
             pictures.append(Picture(f"{name}.png", alt, caption, png))
     out_dir.mkdir(parents=True, exist_ok=True)
     for picture in pictures:
-        _write(out_dir / picture.file, picture.png)
-    _write(out_dir / "table.csv", csv_text(summary).encode())
-    _write(out_dir / "table.md", _markdown(summary).encode())
+        write_bytes(out_dir / picture.file, picture.png)
+    write_bytes(out_dir / "table.csv", csv_text(summary).encode())
+    write_bytes(out_dir / "table.md", _markdown(summary).encode())
     target = out_dir / "report.html"  # last: a page promises that the rest is there
-    _write(target, page(summary, pictures).encode())
+    write_bytes(target, page(summary, pictures).encode())
     return target

@@ -37,6 +37,14 @@ class EnvConfig:
     physics : str
         "constant_curvature" (taut tendons: off-manifold commands change nothing in the shape) or
         "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).
+    profile : str
+        MuJoCo only: "fast" (for learning) or "accurate" (finer elements and time step).
+    sim_dt_s : float, optional
+        MuJoCo only: time step [s]; must divide `control_dt`. The profile's by default.
+    payload_kg : float
+        MuJoCo only: point mass at the tip [kg].
+    threads : int, optional
+        MuJoCo only: threads to step on; all cores, at most one an environment, by default.
     control : str
         "increment" (an action of 1 moves a tendon at its speed limit) or "absolute" (an action
         of 1 asks for the largest displacement).
@@ -70,6 +78,10 @@ class EnvConfig:
     pitch_radius_m: float | None = None
     max_bending_rad: float | None = None
     physics: str = "constant_curvature"
+    profile: str = "fast"
+    sim_dt_s: float | None = None
+    payload_kg: float = 0.0
+    threads: int | None = None
     control: str = "increment"
     control_dt: float = 0.05
     reward: str = "dense"
@@ -81,6 +93,13 @@ class EnvConfig:
         require_choice("task", self.task, TASKS)
         require_choice("physics", self.physics, PHYSICS)
         require_choice("control", self.control, CONTROLS)
+        if self.physics != "mujoco":
+            for name in MUJOCO_ONLY:
+                if getattr(self, name) != MUJOCO_ONLY[name]:
+                    raise ValueError(
+                        f"{name} needs physics='mujoco', got {name}={getattr(self, name)!r} with "
+                        f"physics={self.physics!r}"
+                    )
         require_positive("control_dt", self.control_dt)
         for name in ("random_start", "goal_env"):
             if not isinstance(getattr(self, name), bool):
@@ -101,3 +120,10 @@ class EnvConfig:
             pitch_radius_m=self.pitch_radius_m,
             max_bending_rad=self.max_bending_rad,
         )
+
+
+MUJOCO_ONLY = {
+    name: EnvConfig.__dataclass_fields__[name].default
+    for name in ("profile", "sim_dt_s", "payload_kg", "threads")
+}
+"""Keywords that constant-curvature physics does not have, and the defaults they keep there."""

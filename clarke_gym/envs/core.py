@@ -30,9 +30,18 @@ Observation = dict[str, NDArray[np.float32]]
 
 def _make_physics(config: EnvConfig, robot: Robot, num_envs: int, scalar: bool) -> Physics:
     if config.physics == "mujoco":
-        from clarke_gym.physics.mujoco import MujocoPhysics  # needs the simulator
+        from clarke_gym.physics.mujoco import MujocoPhysics  # loads the simulator
 
-        return MujocoPhysics(robot, num_envs, config.control_dt)
+        return MujocoPhysics(
+            robot,
+            num_envs,
+            config.control_dt,
+            profile=config.profile,
+            threads=config.threads,
+            sim_dt_s=config.sim_dt_s,
+            payload_kg=config.payload_kg,
+            scalar=scalar,
+        )
     return ConstantCurvature(robot, num_envs, config.control_dt, scalar)
 
 
@@ -192,6 +201,14 @@ class EnvCore:
         }
 
     # --- checkpoints --------------------------------------------------------------------------
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle as the recipe and the state: simulators do not pickle."""
+        return EnvCore, (self.config, self.num_envs, self._scalar), self.state()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Return to a pickled state."""
+        self.restore(state)
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""

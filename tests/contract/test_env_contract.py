@@ -15,7 +15,7 @@ from clarke_gym.representations import representation_names
 
 IDS = sorted(ENVIRONMENTS)
 REPRESENTATIONS = representation_names()
-PHYSICS = ["constant_curvature"]
+PHYSICS = ["constant_curvature", "mujoco"]
 
 
 def valid(representation, n):
@@ -110,6 +110,8 @@ def test_observations_stay_in_their_space_and_use_it(env_id, representation, phy
         observations.append(envs.step(actions.astype(np.float32))[0])
         assert envs.observation_space.contains(observations[-1])
     spread = np.ptp(np.concatenate(observations), axis=0)
+    if physics == "mujoco" and representation == "clarke_common":
+        spread = np.delete(spread, 5)  # parallel tendons cannot show a common displacement
     assert (spread > 0.01).all()  # no constant element
 
 

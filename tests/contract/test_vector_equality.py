@@ -22,6 +22,8 @@ VARIANTS = [
     {"action_representation": "raw", "observation_representation": "clarke", "n_tendons": 7},
     {"representation": "clarke", "robot": "hardware"},
     {"representation": "projected", "n_tendons": 4, "goal_env": True, "reward": "sparse"},
+    {"representation": "clarke", "n_tendons": 7, "physics": "mujoco"},
+    {"representation": "raw", "n_tendons": 4, "n_segments": 2, "physics": "mujoco"},
 ]
 
 

@@ -19,15 +19,17 @@ def roll(envs, rng, steps):
     return trace
 
 
+@pytest.mark.parametrize("physics", ["constant_curvature", "mujoco"])
 @pytest.mark.parametrize("representation", ["raw", "clarke"])
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
-def test_vector_future_repeats_across_resets(representation, mode):
+def test_vector_future_repeats_across_resets(physics, representation, mode):
     envs = gym.make_vec(
         ID,
         num_envs=5,
         n_tendons=5,
         n_segments=2,
         representation=representation,
+        physics=physics,
         max_episode_steps=4,
         autoreset_mode=mode,
     )
