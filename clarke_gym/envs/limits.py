@@ -25,8 +25,10 @@ def saturate(x: Number, y: Number, limit: float) -> Pair:
 
 
 def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
-    largest = np.maximum(np.maximum.reduce(np.abs(rows), axis=1, keepdims=True), limit)
-    result: FloatArray = rows * (limit / largest)
+    largest = np.maximum.reduce(np.abs(rows), axis=1, keepdims=True)
+    if largest.max() <= limit:
+        return rows
+    result: FloatArray = rows * (limit / np.maximum(largest, limit))
     return result
 
 
@@ -53,12 +55,12 @@ class CommandLimits:
         self._scalar = scalar
         self._step = robot.max_tendon_speed_m_s * control_dt
         self._encoder = robot.encoder.T.copy()
-        self._projector = (robot.decoder @ robot.encoder).T.copy()
         self._radii = robot.pitch_radii.tolist()
         self._max_bending = robot.max_bending.tolist()
         scales = robot.max_clarke if self._absolute else np.full(robot.n_segments, self._step)
         self._scales = scales.tolist()
-        self._joint_scale = np.repeat(scales, robot.n_tendons)
+        residual = np.eye(robot.n_joints) - robot.decoder @ robot.encoder
+        self._residual = (np.repeat(scales, robot.n_tendons)[:, None] * residual).T.copy()
         grams = [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
         cross = [2.0 * float(g[0, 1]) if abs(g[0, 1]) > 1e-12 else 0.0 for g in grams]
         self._grams = [
@@ -127,11 +129,11 @@ class CommandLimits:
             held = np.zeros_like(action)
         elif not (self._absolute or found):
             return held
-        change = (action - map_rows(action, self._projector)) * self._joint_scale
-        if not self._scalar:
-            change[~off_rows] = 0.0
-        elif not found:
+        change = map_rows(action, self._residual)
+        if not found:
             change[:] = 0.0
+        elif not self._scalar:
+            change[~off_rows] = 0.0
         if self._absolute:
             change -= held
         change = _saturate_rows(change, self._step)

@@ -23,7 +23,8 @@ def valid(representation, n):
 
 
 GRID = [
-    (representation, n, segments, goal_env)
+    (physics, representation, n, segments, goal_env)
+    for physics in PHYSICS
     for representation in REPRESENTATIONS
     for n in (3, 4, 7, 11, 32)
     for segments in (1, 2, 3)
@@ -49,9 +50,12 @@ def composed(env):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-@pytest.mark.parametrize(("representation", "n", "segments", "goal_env"), GRID)
-def test_both_checkers_pass_without_a_warning(env_id, representation, n, segments, goal_env):
+@pytest.mark.parametrize(("physics", "representation", "n", "segments", "goal_env"), GRID)
+def test_both_checkers_pass_without_a_warning(
+    env_id, physics, representation, n, segments, goal_env
+):
     keywords = {
+        "physics": physics,
         "representation": representation,
         "n_tendons": n,
         "n_segments": segments,
