@@ -91,7 +91,9 @@ def run(out: Path) -> list[Row]:
             for ours, theirs in zip(reached, paths, strict=True)
         ]
         step = 1e3 * time_step_s()
-        conditions = f"{rod.name}, {len(files)} releases, {DURATION_S:g} s, 48 joints, {step:.3g} ms"
+        conditions = (
+            f"{rod.name}, {len(files)} releases, {DURATION_S:g} s, 48 joints, {step:.3g} ms"
+        )
         for name, value in (("mean", rms.mean()), ("worst", rms.max())):
             case = f"{name} tip path RMS"
             rows.append(Row("release", case, conditions, float(value), "% L", BARS["path"]))
