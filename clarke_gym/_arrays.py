@@ -60,6 +60,12 @@ def namespace(*arrays: Array) -> Any:
     return np
 
 
+def array_namespace(*arrays: Array) -> Any:
+    """Return NumPy or torch; for formulas that need more than `FloatMath` knows."""
+    xp = namespace(*arrays)
+    return np if xp is FloatMath else xp
+
+
 def as_floating(array: Array, name: str) -> Array:
     """Return `array` as a floating-point array, keeping float32, float64 and torch tensors.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from clarke_gym._arrays import Array, FloatMath, namespace
+from clarke_gym._arrays import Array, FloatMath, array_namespace, namespace
 
 _SERIES_TERMS = 10
 _TINY_32 = np.finfo(np.float32).tiny
@@ -79,7 +79,7 @@ def half_angle_slope(squared_angle: Array, cosine: Array, h: Array) -> Array:
     >>> (half_angle_slope(u, *half_angle_functions(u)) * 48).round(4)
     array([-1.    , -0.9035])
     """
-    xp = namespace(squared_angle)
+    xp = array_namespace(squared_angle)
     near = squared_angle < 1.0
     safe = xp.where(near, xp.ones_like(squared_angle), squared_angle)
     small = xp.where(near, squared_angle, xp.zeros_like(squared_angle)) / 4.0

@@ -34,7 +34,8 @@ from clarke_gym.quaternions import quaternion_multiply as quaternion_multiply
 from clarke_gym.quaternions import rotate as rotate
 
 
-def _check_bending(bending: Array) -> Array:
+def check_bending(bending: Array) -> Array:
+    """Return `bending` as a floating array of shape (..., 2), or say what is wrong with it."""
     bending = as_floating(bending, "bending")
     if bending.ndim == 0 or bending.shape[-1] != 2:
         raise ValueError(f"bending must have a last axis of 2, got shape {tuple(bending.shape)}")
@@ -97,7 +98,7 @@ def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
     >>> position.round(6)  # a quarter circle of length 1 has the radius 2 / pi
     array([0.63662, 0.     , 0.63662])
     """
-    bending = _check_bending(bending)
+    bending = check_bending(bending)
     xp = namespace(bending)
     length = parameter(length, bending)
     position, quaternion = arc_pose(bending[..., 0], bending[..., 1], length)
@@ -128,7 +129,7 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     >>> clarke_to_bending(clarke, np.array([0.01, 0.01]))[:, 0]
     array([1., 2.])
     """
-    clarke = _check_pairs(clarke, pitch_radii, "clarke")
+    clarke = check_pairs(clarke, pitch_radii, "clarke")
     xp, radii = namespace(clarke), parameters(pitch_radii, clarke)
     pairs = [split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
     return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, radii)], -2)
@@ -163,7 +164,7 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
     >>> bending_to_clarke(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([0.01, 0.01]))[:, 0]
     array([0.01, 0.03])
     """
-    bending = _check_pairs(bending, pitch_radii, "bending")
+    bending = check_pairs(bending, pitch_radii, "bending")
     xp, radii = namespace(bending), parameters(pitch_radii, bending)
     pairs = [split(bending[..., k, :]) for k in range(bending.shape[-2])]
     return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, radii)], -2)
@@ -177,7 +178,8 @@ def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]
     return [(x * d, y * d) for (x, y), d in zip(sums, pitch_radii, strict=True)]
 
 
-def _check_pairs(pairs: Array, per_segment: Array, name: str) -> Array:
+def check_pairs(pairs: Array, per_segment: Array, name: str) -> Array:
+    """Return `pairs` as a floating array (..., S, 2) with S numbers in `per_segment`."""
     pairs = as_floating(pairs, name)
     count = getattr(per_segment, "shape", (len(per_segment),))[-1]
     if pairs.ndim < 2 or pairs.shape[-2:] != (count, 2):
@@ -216,7 +218,7 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     >>> positions[1]
     array([0. , 0. , 0.3])
     """
-    bending = _check_pairs(bending, lengths, "bending")
+    bending = check_pairs(bending, lengths, "bending")
     xp, lengths = namespace(bending), parameters(lengths, bending)
     pairs = [split(bending[..., k, :]) for k in range(len(lengths))]
     poses = chain_poses(pairs, lengths)
@@ -311,7 +313,7 @@ def backbone(bending: Array, lengths: Array, points: int = 16) -> Array:
     >>> backbone(np.zeros((1, 2)), [0.2], points=2)[:, 2]
     array([0. , 0.1, 0.2])
     """
-    bending = _check_pairs(bending, lengths, "bending")
+    bending = check_pairs(bending, lengths, "bending")
     xp, lengths = namespace(bending), parameters(lengths, bending)
     positions, quaternions = segment_ends(bending, lengths)
     fractions = matrix_like(np.arange(1, points + 1) / points, bending)

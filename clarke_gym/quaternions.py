@@ -21,6 +21,7 @@ def quaternion_multiply(first: Array, second: Array) -> Array:
 
     Examples
     --------
+    >>> import numpy as np
     >>> quaternion_multiply(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0]))
     array([0., 0., 0., 1.])
     """
@@ -42,6 +43,7 @@ def rotate(quaternion: Array, vector: Array) -> Array:
 
     Examples
     --------
+    >>> import numpy as np
     >>> quarter_turn_about_z = np.sqrt([0.5, 0.0, 0.0, 0.5])
     >>> rotate(quarter_turn_about_z, np.array([1.0, 0.0, 0.0])).round(12) + 0.0
     array([0., 1., 0.])
