@@ -39,6 +39,20 @@ class Evaluate:
 
 
 @dataclass
+class Play:
+    """Write an animated picture of held-out episodes of a trained run."""
+
+    run: Path
+    """Run folder of a finished training."""
+    out: Path = Path("play.gif")
+    """The GIF to write; an existing file is kept."""
+    agent: str = "policy"
+    """As in evaluate."""
+    episodes: int = 3
+    """Held-out episodes to show."""
+
+
+@dataclass
 class Study:
     """Run every representation x task x seed of a study in parallel; stop and resume at will."""
 
@@ -65,6 +79,7 @@ class Report:
 Command = (
     Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
+    | Annotated[Play, tyro.conf.subcommand("play")]
     | Annotated[Study, tyro.conf.subcommand("study")]
     | Annotated[Report, tyro.conf.subcommand("report")]
 )
@@ -93,6 +108,14 @@ def _evaluate(command: Evaluate) -> int:
     return 0
 
 
+def _play(command: Play) -> int:
+    from agents.play import play
+
+    frames = play(command.run, command.agent, command.out, command.episodes)
+    print(f"{command.out}: {frames} frames")
+    return 0
+
+
 def _study(command: Study) -> int:
     from agents.config import StudyConfig, load_config
     from agents.study import run_study
@@ -113,7 +136,7 @@ def _report(command: Report) -> int:
 
 def main() -> int:
     """Run the command line; expected errors are one line, not a traceback."""
-    command: Train | Evaluate | Study | Report = tyro.cli(Command, description=__doc__)
+    command: Train | Evaluate | Play | Study | Report = tyro.cli(Command, description=__doc__)
     from agents.config import ConfigError
 
     try:
@@ -122,6 +145,8 @@ def main() -> int:
                 return _train(command)
             case Evaluate():
                 return _evaluate(command)
+            case Play():
+                return _play(command)
             case Study():
                 return _study(command)
             case Report():

@@ -38,13 +38,13 @@ class HeldOutEvaluation:
     """
 
     def __init__(self, settings: EnvSettings, n_goals: int) -> None:
-        self._env = gym.make_vec(
+        self.env = gym.make_vec(
             settings.id,
             num_envs=n_goals,
             autoreset_mode="disabled",
             **settings.kwargs,  # type: ignore[arg-type]
         )
-        self._length_m = self._env.unwrapped.core.robot.length_m  # type: ignore[attr-defined]
+        self._length_m = self.env.unwrapped.core.robot.length_m  # type: ignore[attr-defined]
 
     def run(self, agent: Agent) -> dict[str, NDArray[Any]]:
         """Return results of one deterministic episode a goal.
@@ -56,19 +56,17 @@ class HeldOutEvaluation:
             and ``episode_return``. A diverged episode is no success, and its error is twice the
             robot's length: no tip can be further from a goal.
         """
-        observation, info = self._env.reset(seed=HELD_OUT_SEED)
-        total = np.zeros(self._env.num_envs)
-        failed = np.zeros(self._env.num_envs, dtype=bool)
+        observation, info = self.env.reset(seed=HELD_OUT_SEED)
+        total = np.zeros(self.env.num_envs)
+        failed = np.zeros(self.env.num_envs, dtype=bool)
         ended = failed.copy()
         while not ended.all():
-            observation, reward, terminated, truncated, info = self._env.step(
-                agent.act(observation)
-            )
+            observation, reward, terminated, truncated, info = self.env.step(agent.act(observation))
             failed |= terminated
             total += np.where(failed, 0.0, reward)
             ended = truncated | failed
             if terminated.any() and not ended.all():  # keep the batch stepping to the time limit
-                observation, _ = self._env.reset(options={"reset_mask": terminated})
+                observation, _ = self.env.reset(options={"reset_mask": terminated})
         return {
             "is_success": info["is_success"] & ~failed,
             "tip_error_m": np.where(failed, 2.0 * self._length_m, info["tip_error_m"]),
@@ -76,14 +74,9 @@ class HeldOutEvaluation:
             "episode_return": total,
         }
 
-    @property
-    def action_size(self) -> int:
-        """Numbers an action holds."""
-        return int(np.prod(self._env.single_action_space.shape or (1,)))
-
     def close(self) -> None:
         """Close the environment."""
-        self._env.close()
+        self.env.close()
 
 
 class PolicyAgent:
@@ -111,14 +104,50 @@ class RandomAgent:
         return self._rng.uniform(-1.0, 1.0, (rows, self._size)).astype(np.float32)
 
 
+AGENTS = ("policy", "random")
+
+
+def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent:
+    """Return an agent for a run's environments.
+
+    Parameters
+    ----------
+    folder : Path
+        Run folder; its model.zip is the policy.
+    config : TrainConfig
+        The run's configuration.
+    agent : str
+        One of `AGENTS`.
+    env : gymnasium.vector.VectorEnv
+        The environments to act in.
+
+    Raises
+    ------
+    ValueError
+        If `agent` is unknown.
+    ConfigError
+        If the policy is asked for and the run is not finished.
+    """
+    if agent not in AGENTS:
+        raise ValueError(f"agent must be one of {list(AGENTS)}, got {agent!r}")
+    if agent == "random":
+        return RandomAgent(int(np.prod(env.single_action_space.shape)))
+    from agents.training import ALGORITHMS  # loads torch
+
+    if not (folder / "model.zip").exists():
+        raise ConfigError(f"{folder} holds no trained policy (model.zip); finish it first")
+    return PolicyAgent(ALGORITHMS[config.algo.name].load(folder / "model.zip", device="cpu"))
+
+
 def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
     """Return a table of held-out results of a finished run, or of a baseline on its environment.
 
     Parameters
     ----------
     folder : Path
-        Run folder with config.yaml and, for the policy, model.zip.
-    agent : {"policy", "random"}
+        Run folder.
+    agent : str
+        One of `AGENTS`.
     n_goals : int
         Number of held-out goals.
 
@@ -127,21 +156,11 @@ def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
     ValueError
         If `agent` is unknown.
     ConfigError
-        If the folder holds no run, or no finished one.
+        If the folder holds no run, or no finished one where the policy is asked for.
     """
     config = load_config(TrainConfig, folder / "config.yaml")
     evaluation = HeldOutEvaluation(config.env, n_goals)
-    if agent == "random":
-        actor: Agent = RandomAgent(evaluation.action_size)
-    elif agent == "policy":
-        from agents.training import ALGORITHMS  # loads torch
-
-        if not (folder / "model.zip").exists():
-            raise ConfigError(f"{folder} holds no trained policy (model.zip); finish it first")
-        actor = PolicyAgent(ALGORITHMS[config.algo.name].load(folder / "model.zip", device="cpu"))
-    else:
-        raise ValueError(f"agent must be 'policy' or 'random', got {agent!r}")
-    result = evaluation.run(actor)
+    result = evaluation.run(load_agent(folder, config, agent, evaluation.env))
     evaluation.close()
     error = result["tip_error_m"] * 1e3
     return (

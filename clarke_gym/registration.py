@@ -51,7 +51,7 @@ def make_env(
     action_representation, observation_representation : str, optional
         One side only; `representation` where it is not given.
     render_mode : str, optional
-        One of the environment's render modes.
+        "rgb_array", "depth_array", or "human" (a window; needs pygame, the extra ``human``).
     **config
         The fields of `clarke_gym.envs.EnvConfig`.
 
@@ -73,7 +73,10 @@ def make_env(
     """
     settings = EnvConfig(**config)
     env_class = ContinuumRobotGoalEnv if settings.goal_env else ContinuumRobotEnv
-    env = env_class(settings, render_mode)
+    human = render_mode == "human"
+    env: Any = env_class(settings, "rgb_array" if human else render_mode)
+    if human:  # a window that shows the picture; needs pygame
+        env = gym.wrappers.HumanRendering(env)
     return _compose(
         env, wrappers, representation, action_representation, observation_representation
     )

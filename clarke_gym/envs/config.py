@@ -58,6 +58,8 @@ class EnvConfig:
         Start from a random shape; straight otherwise.
     goal_env : bool
         Observe a dictionary of ``observation``, ``achieved_goal`` and ``desired_goal``.
+    render_width, render_height : int
+        Size of a picture in pixels.
 
     Raises
     ------
@@ -88,6 +90,8 @@ class EnvConfig:
     success_tolerance: float = 0.02
     random_start: bool = True
     goal_env: bool = False
+    render_width: int = 480
+    render_height: int = 480
 
     def __post_init__(self) -> None:
         require_choice("task", self.task, TASKS)
@@ -101,6 +105,10 @@ class EnvConfig:
                         f"physics={self.physics!r}"
                     )
         require_positive("control_dt", self.control_dt)
+        for name in ("render_width", "render_height"):
+            size = getattr(self, name)
+            if isinstance(size, bool) or not isinstance(size, int) or not 16 <= size <= 4096:
+                raise ValueError(f"{name} must be a whole number from 16 to 4096, got {size!r}")
         for name in ("random_start", "goal_env"):
             if not isinstance(getattr(self, name), bool):
                 raise TypeError(f"{name} must be true or false, got {getattr(self, name)!r}")

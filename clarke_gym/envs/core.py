@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
@@ -19,11 +20,17 @@ from clarke_gym.robots import Robot, block_diagonal
 from clarke_gym.tasks.base import Task
 from clarke_gym.tasks.reach import Reach
 
+if TYPE_CHECKING:
+    from clarke_gym.rendering import Picture
+
 JOINT_BLOCKS = ("command", "displacement")
 """Joint-space parts that lead every observation, N numbers each."""
 
 BOUND_MARGIN = 1.0 + 1e-5
 """Room for float32 rounding between a value and the bound of its space."""
+
+FULL_LOAD_N = 20.0
+"""Tension [N] at which a tendon is drawn red."""
 
 Observation = dict[str, NDArray[np.float32]]
 
@@ -74,6 +81,7 @@ class EnvCore:
         self.config = config
         self.num_envs = num_envs
         self._scalar = scalar
+        self._picture: Picture | None = None
         self.robot = robot = config.make_robot()
         self.physics = _make_physics(config, robot, num_envs, scalar)
         self.task = _make_task(config, robot)
@@ -199,6 +207,36 @@ class EnvCore:
             "achieved_goal": from_components(achieved, np.float32),
             "desired_goal": self._desired.copy(),
         }
+
+    # --- pictures -----------------------------------------------------------------------------
+
+    def pictures(self, size: tuple[int, int], rows: Iterable[int]) -> Iterator[tuple[Any, Any]]:
+        """Yield (rgb, depth) of the environments `rows`; `size` is (width, height) in pixels."""
+        if self._picture is None:
+            from clarke_gym.rendering import Picture  # loads OpenGL
+
+            self._picture = Picture(self.robot, *size)
+        points = max(segment.n_disks for segment in self.robot.segments)
+        curves, load = self.physics.backbone(points), self._tendon_load()
+        success = np.atleast_1d(self.reward()[1]["is_success"])
+        for row in rows:
+            yield self._picture.draw(
+                curves[row], points, load[row], self.goal[row], bool(success[row])
+            )
+
+    def close(self) -> None:
+        """Free what pictures hold; a second call does nothing."""
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
+
+    def _tendon_load(self) -> FloatArray:
+        """Return each tendon's load, 0 to 1: tension, or without one how far it is pulled."""
+        tension: FloatArray | None = getattr(self.physics, "tension", None)
+        if tension is not None:
+            return tension / FULL_LOAD_N
+        pulled = self.physics.state.displacement.joint(self.robot)
+        return 0.5 + 0.5 * pulled * self._off_manifold_scale
 
     # --- checkpoints --------------------------------------------------------------------------
 

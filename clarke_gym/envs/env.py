@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import gymnasium as gym
@@ -15,6 +16,8 @@ from clarke_gym.envs.core import EnvCore, Observation
 
 _ROW = np.array([0])
 
+RENDER_MODES = ("rgb_array", "depth_array")
+
 
 class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
     """One tendon-driven continuum robot in raw joint space.
@@ -27,7 +30,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
     render_mode : str, optional
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 20}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 20}  # noqa: RUF012
 
     def __init__(self, config: EnvConfig, render_mode: str | None = None) -> None:
         self.core = EnvCore(config, 1, scalar=True)
@@ -91,6 +94,26 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         reward, info = self.core.reward()
         return self._observation(self.core.observe()), reward, info["diverged"], False, info
 
+    def render(self) -> Any:
+        """Return the picture (height, width, 3) uint8, or the depth (height, width) float32 [m].
+
+        Returns
+        -------
+        ndarray or None
+            None without a render mode.
+
+        Raises
+        ------
+        RuntimeError
+            If the machine has no off-screen OpenGL; the message names what to install.
+        """
+        frames = render_rows(self.core, self.render_mode, [0])
+        return frames[0] if frames else None
+
+    def close(self) -> None:
+        """Free what pictures hold; a second call does nothing."""
+        self.core.close()
+
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""
         return self.core.state()
@@ -124,6 +147,14 @@ def goal_reward(core: EnvCore, achieved: ArrayLike, desired: ArrayLike) -> Any:
     parts = [components(array.reshape(-1, array.shape[-1]), scalar=not lead) for array in rows]
     reward = core.task.reward(*parts)[0]
     return reward.reshape(lead) if lead else reward
+
+
+def render_rows(core: EnvCore, mode: str | None, rows: Iterable[int]) -> tuple[Any, ...]:
+    """Return pictures or depths of the environments `rows`; nothing without a render mode."""
+    if mode is None:
+        return ()
+    size = (core.config.render_width, core.config.render_height)
+    return tuple(pair[RENDER_MODES.index(mode)] for pair in core.pictures(size, rows))
 
 
 def check_render_mode(render_mode: str | None, allowed: list[str]) -> None:

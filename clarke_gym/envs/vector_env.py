@@ -15,7 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from clarke_gym._arrays import FloatArray
 from clarke_gym.envs.config import EnvConfig, require_choice
 from clarke_gym.envs.core import EnvCore, Observation
-from clarke_gym.envs.env import ContinuumRobotEnv, check_options, check_render_mode, goal_reward
+from clarke_gym.envs.env import (
+    ContinuumRobotEnv,
+    check_options,
+    check_render_mode,
+    goal_reward,
+    render_rows,
+)
 
 BoolArray = NDArray[np.bool_]
 
@@ -171,6 +177,15 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             infos.update(self._masked(self.core.reward()[1], None))
             observation = self.core.observe()
         return self._observation(observation), reward, terminated, truncated, infos
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return one picture an environment, as Gymnasium's recorders tile them."""
+        return render_rows(self.core, self.render_mode, range(self.num_envs)) or None
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free what pictures hold."""
+        del kwargs
+        self.core.close()
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
         """Return the reward of goals as observed; any leading shape (for hindsight replay)."""

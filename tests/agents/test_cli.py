@@ -18,7 +18,7 @@ def call(*arguments):
     )
 
 
-@pytest.mark.parametrize("command", ["train", "evaluate", "study", "report"])
+@pytest.mark.parametrize("command", ["train", "evaluate", "play", "study", "report"])
 def test_help_explains_every_option(command):
     result = call(command, "--help")
     assert result.returncode == 0

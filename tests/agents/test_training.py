@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
+from PIL import Image
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common.vec_env import DummyVecEnv
 
@@ -21,6 +22,7 @@ from agents.evaluation import (
     RandomAgent,
     evaluate_run,
 )
+from agents.play import play
 from agents.sb3_vec_env import Sb3VecEnv
 from agents.training import make_training_env, train
 
@@ -181,8 +183,16 @@ def test_ppo_learns_and_the_command_line_evaluates_it(tmp_path):
     table = evaluate_run(tmp_path, "policy", 50)
     assert f"{evals['is_success'][-1].mean():8.3f}" in table
     assert "random" in evaluate_run(tmp_path, "random", 50)
-    with pytest.raises(ValueError, match="'policy' or 'random'"):
+    with pytest.raises(ValueError, match=r"one of \['policy', 'random'"):
         evaluate_run(tmp_path, "oracle", 50)
+    try:
+        assert play(tmp_path, "policy", tmp_path / "a.gif", episodes=1, size=48) == 50
+    except RuntimeError as error:
+        pytest.skip(str(error))  # no off-screen OpenGL; the rest has been tested
+    with Image.open(tmp_path / "a.gif") as picture:
+        assert picture.n_frames > 5  # equal neighbours are merged
+    with pytest.raises(ConfigError, match="exists and is kept"):
+        play(tmp_path, "policy", tmp_path / "a.gif")
 
 
 STUDY = """

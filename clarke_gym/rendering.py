@@ -1,0 +1,263 @@
+"""One picture for every physics: backbone, disks, tendons coloured by load, and the goal.
+
+The scene is drawn from points of the backbone, so constant curvature and MuJoCo look alike. It
+needs no window: EGL or OSMesa draw off-screen.
+"""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym._arrays import FloatArray
+from clarke_gym.robots import Robot
+
+Image = NDArray[np.uint8]
+
+_BACKENDS = ("egl", "osmesa")
+_HELP = (
+    "no OpenGL for off-screen rendering: install the Debian packages libegl1, libegl-mesa0 and "
+    "libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa); MUJOCO_GL=egl or osmesa chooses one"
+)
+
+BACKBONE = (0.25, 0.27, 0.30, 1.0)
+DISK = (0.72, 0.75, 0.80, 1.0)
+GOAL = (0.90, 0.35, 0.05, 1.0)
+REACHED = (0.10, 0.65, 0.30, 1.0)
+SLACK = np.array([0.20, 0.45, 0.85, 1.0])
+TAUT = np.array([0.85, 0.10, 0.15, 1.0])
+
+_CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
+_CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
+_SPHERE = mujoco.mjtGeom.mjGEOM_SPHERE
+
+
+def _make_context(width: int, height: int) -> Any:
+    """Return a current off-screen OpenGL context.
+
+    Raises
+    ------
+    RuntimeError
+        If neither EGL nor OSMesa works; the message names the packages.
+    """
+    chosen = os.environ.get("MUJOCO_GL", "").lower()
+    problems = []
+    for backend in (chosen,) if chosen in (*_BACKENDS, "glfw") else _BACKENDS:
+        try:
+            context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+            context.make_current()
+        except Exception as error:  # each backend fails in its own way
+            problems.append(f"{backend}: {error}")
+            os.environ.pop("PYOPENGL_PLATFORM", None)  # a failed backend must not bind the next
+        else:
+            return context
+    raise RuntimeError(f"{_HELP} ({'; '.join(problems)})")
+
+
+def _make_model(width: int, height: int, length: float) -> mujoco.MjModel:
+    """Return the empty room: floor, light and the quality settings that keep frames cheap."""
+    spec = mujoco.MjSpec()
+    spec.stat.extent = 2.0 * length
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+    spec.visual.quality.offsamples = 4 if width * height > 200 * 200 else 0
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = 12, 4
+    spec.visual.quality.numquads = 1
+    spec.visual.headlight.ambient = [0.55, 0.55, 0.55]
+    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.98, 0.98, 0.99],
+        rgb2=[0.80, 0.86, 0.92],
+        width=64,
+        height=384,
+    )
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.8 * length, 0.8 * length, 0.01],
+        pos=[0.0, 0.0, -0.1 * length],
+        rgba=[0.93, 0.94, 0.95, 1.0],
+    )
+    return spec.compile()
+
+
+def transported_frames(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the x and y axes of the torsion-free frame along a curve.
+
+    Parameters
+    ----------
+    points : ndarray, shape (P, 3)
+        Points of the backbone; the frame at the first one is the base frame.
+
+    Returns
+    -------
+    x, y : ndarray, shape (P, 3)
+
+    Examples
+    --------
+    >>> x, y = transported_frames(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 2]]))
+    >>> x[-1], y[-1]
+    (array([1., 0., 0.]), array([0., 1., 0.]))
+    """
+    steps = np.diff(points, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    inner = steps[1:] + steps[:-1]
+    tangents = np.vstack(
+        [[0.0, 0.0, 1.0], inner / np.linalg.norm(inner, axis=1)[:, None], steps[-1]]
+    )
+    x = np.empty_like(points)
+    x[0] = 1.0, 0.0, 0.0
+    for k in range(1, len(points)):  # each frame is the last one turned by the least rotation
+        bisector = tangents[k - 1] + tangents[k]
+        turned = x[k - 1] - 2.0 * (x[k - 1] @ bisector) / (bisector @ bisector) * bisector
+        x[k] = turned - 2.0 * (turned @ tangents[k]) * tangents[k]
+    return x, np.cross(tangents, x)
+
+
+class Picture:
+    """An off-screen camera on one robot.
+
+    Parameters
+    ----------
+    robot : Robot
+    width, height : int
+        Size of the image in pixels.
+
+    Raises
+    ------
+    RuntimeError
+        If the machine has no off-screen OpenGL; the message names what to install.
+    """
+
+    def __init__(self, robot: Robot, width: int = 480, height: int = 480) -> None:
+        self._robot = robot
+        length = robot.length_m
+        self._context = _make_context(width, height)
+        self._model = _make_model(width, height, length)
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_forward(self._model, self._data)
+        self._scene = mujoco.MjvScene(self._model, maxgeom=5000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+        self._render = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
+        self._rect = mujoco.MjrRect(0, 0, width, height)
+        self._camera = mujoco.MjvCamera()
+        self._camera.lookat[:] = 0.0, 0.0, 0.45 * length
+        self._camera.distance, self._camera.azimuth = 1.9 * length, 130.0
+        self._camera.elevation = -14.0
+
+    def draw(
+        self,
+        backbone: FloatArray,
+        points: int,
+        load: FloatArray,
+        goal: Sequence[float] | None = None,
+        success: bool = False,
+    ) -> tuple[Image, NDArray[np.float32]]:
+        """Return the picture and its depth.
+
+        Parameters
+        ----------
+        backbone : ndarray, shape (S * points + 1, 3)
+            Points along the backbone [m], base first.
+        points : int
+            Points a segment; a disk is drawn at each.
+        load : ndarray, shape (N,)
+            Load of each tendon, 0 (blue, slack) to 1 (red).
+        goal : sequence of 3, optional
+            Goal position [m].
+        success : bool
+            Draw the goal in green.
+
+        Returns
+        -------
+        rgb : ndarray of uint8, shape (height, width, 3)
+        depth : ndarray of float32, shape (height, width)
+            Distance from the camera plane [m].
+        """
+        self._context.make_current()
+        mujoco.mjv_updateScene(
+            self._model,
+            self._data,
+            mujoco.MjvOption(),
+            None,
+            self._camera,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            self._scene,
+        )
+        self._draw_robot(backbone, points, np.clip(load, 0.0, 1.0))
+        if goal is not None:
+            self._sphere(goal, 0.03 * self._robot.length_m, REACHED if success else GOAL)
+        mujoco.mjr_render(self._rect, self._scene, self._render)
+        rgb = np.empty((self._rect.height, self._rect.width, 3), np.uint8)
+        depth = np.empty((self._rect.height, self._rect.width), np.float32)
+        mujoco.mjr_readPixels(rgb, depth, self._rect, self._render)
+        return rgb[::-1].copy(), self._metres(depth[::-1])
+
+    def close(self) -> None:
+        """Free the OpenGL context; a second call does nothing."""
+        if self._context is not None:
+            self._render.free()
+            self._context.free()
+            self._context = None
+
+    def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
+        extent = self._model.stat.extent
+        near, far = (extent * v for v in (self._model.vis.map.znear, self._model.vis.map.zfar))
+        return np.asarray(near / (1.0 - buffer * (1.0 - near / far)), np.float32)
+
+    def _draw_robot(self, curve: FloatArray, points: int, load: FloatArray) -> None:
+        x, y = transported_frames(curve)
+        normal = np.cross(x, y)
+        base = np.array([0.0, 0.0, -0.1 * self._robot.length_m])
+        radius = 1.6 * float(self._robot.pitch_radii.max())
+        self._link(_CYLINDER, radius, base, np.zeros(3), DISK)
+        tendon = 0
+        for s, segment in enumerate(self._robot.segments):
+            thickness = 0.16 * segment.length_m / points
+            width = max(0.5 * segment.backbone_diameter_m, 0.004 * self._robot.length_m)
+            rim = 1.12 * float(segment.radii.max())
+            for k in range(s * points, (s + 1) * points):
+                self._link(_CAPSULE, width, curve[k], curve[k + 1], BACKBONE)
+                half = 0.5 * thickness * normal[k + 1]
+                self._link(_CYLINDER, rim, curve[k + 1] - half, curve[k + 1] + half, DISK)
+            # Tendons run along the whole robot up to the end of their segment.
+            for angle, distance in zip(segment.angles, segment.radii, strict=True):
+                stop = (s + 1) * points + 1
+                path = curve[:stop] + distance * (
+                    np.cos(angle) * x[:stop] + np.sin(angle) * y[:stop]
+                )
+                colour = SLACK + load[tendon] * (TAUT - SLACK)
+                for a, b in itertools.pairwise(path):
+                    self._link(_CAPSULE, 0.0035 * self._robot.length_m, a, b, colour)
+                tendon += 1
+
+    def _next(self) -> Any:
+        geom = self._scene.geoms[self._scene.ngeom]
+        self._scene.ngeom += 1
+        return geom
+
+    def _link(self, kind: Any, width: float, a: FloatArray, b: FloatArray, rgba: Any) -> None:
+        geom = self._next()
+        colour = np.asarray(rgba, np.float32)
+        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), colour)
+        mujoco.mjv_connector(geom, kind, width, a, b)
+
+    def _sphere(self, centre: Sequence[float], radius: float, rgba: Any) -> None:
+        mujoco.mjv_initGeom(
+            self._next(),
+            _SPHERE,
+            np.full(3, radius),
+            np.asarray(centre, np.float64),
+            np.eye(3).ravel(),
+            np.asarray(rgba, np.float32),
+        )

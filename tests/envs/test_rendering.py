@@ -1,0 +1,148 @@
+"""Pictures: shape, what they show, headless, recording, and clear errors."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from clarke_gym import kinematics, rendering
+from clarke_gym.robots import make_robot
+
+ID = "clarke_gym/Reach-v0"
+PHYSICS = ["constant_curvature", "mujoco"]
+
+
+@pytest.fixture(scope="module")
+def offscreen():
+    """Skip where the machine has no off-screen OpenGL; the reason names the packages."""
+    try:
+        rendering.Picture(make_robot(), 32, 32).close()
+    except RuntimeError as error:
+        pytest.skip(str(error))
+
+
+def near(image, colour, tolerance=60):
+    """Count the pixels close to a colour, brightness aside."""
+    pixels = image.reshape(-1, 3).astype(float)
+    pixels /= np.maximum(pixels.max(axis=1, keepdims=True), 1.0)
+    target = np.array(colour[:3]) / max(colour[:3])
+    return int((np.abs(pixels - target).max(axis=1) < tolerance / 255).sum())
+
+
+@pytest.mark.usefixtures("offscreen")
+@pytest.mark.parametrize("physics", PHYSICS)
+@pytest.mark.parametrize("representation", ["raw", "clarke"])
+def test_picture_has_the_asked_size_and_changes_with_the_robot(physics, representation):
+    env = gym.make(
+        ID,
+        physics=physics,
+        representation=representation,
+        n_tendons=5,
+        render_mode="rgb_array",
+        render_width=120,
+        render_height=90,
+    )
+    env.reset(seed=0)
+    first = env.render()
+    assert first.shape == (90, 120, 3)
+    assert first.dtype == np.uint8
+    for _ in range(5):
+        env.step(np.ones(env.action_space.shape, np.float32) * [1] + 0 * env.action_space.sample())
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    second = env.render()
+    assert (first != second).any()
+    env.close()
+    env.close()
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_goal_is_orange_and_turns_green_on_success():
+    env = gym.make(ID, random_start=False, render_mode="rgb_array", success_tolerance=0.5)
+    env.reset(seed=0, options={"goal": [0.03, 0.03, 0.15]})
+    reached = env.render()
+    env.close()
+    env = gym.make(ID, random_start=False, render_mode="rgb_array")
+    env.reset(seed=0, options={"goal": [0.03, 0.03, 0.15]})
+    missed = env.render()
+    env.close()
+    assert near(missed, rendering.GOAL) > near(reached, rendering.GOAL) + 20
+    assert near(reached, rendering.REACHED) > near(missed, rendering.REACHED) + 20
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_tendons_are_coloured_by_load():
+    robot = make_robot(n_tendons=5)
+    picture = rendering.Picture(robot, 200, 200)
+    curve = kinematics.backbone(np.array([[0.8, 0.3]]), robot.lengths, 10)
+    slack, _ = picture.draw(curve, 10, np.zeros(5))
+    taut, _ = picture.draw(curve, 10, np.ones(5))
+    picture.close()
+    assert near(taut, rendering.TAUT) > 100 > near(slack, rendering.TAUT)
+    assert near(slack, rendering.SLACK) > 100 > near(taut, rendering.SLACK)
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_depth_is_in_metres():
+    env = gym.make(ID, random_start=False, render_mode="depth_array")
+    env.reset(seed=0)
+    depth = env.render()
+    assert depth.shape == (480, 480)
+    assert depth.dtype == np.float32
+    # The camera looks at 0.45 of the length from 1.9 lengths away: the robot is about there.
+    assert depth[240, 240] == pytest.approx(1.9 * 0.2, abs=0.03)
+    env.close()
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_vector_environment_gives_one_picture_each_like_the_scalars():
+    envs = gym.make_vec(ID, num_envs=3, render_mode="rgb_array", render_width=64, render_height=64)
+    envs.reset(seed=4)
+    frames = envs.render()
+    envs.close()
+    assert len(frames) == 3
+    env = gym.make(ID, render_mode="rgb_array", render_width=64, render_height=64)
+    env.reset(seed=6)
+    np.testing.assert_array_equal(env.render(), frames[2])
+    env.close()
+
+
+@pytest.mark.usefixtures("offscreen")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_record_video_works(tmp_path):
+    pytest.importorskip("moviepy")
+    env = gym.make(ID, render_mode="rgb_array", render_width=64, render_height=64)
+    env = gym.wrappers.RecordVideo(env, str(tmp_path / "videos"), episode_trigger=lambda k: True)
+    env.reset(seed=0)
+    for _ in range(50):
+        _, _, _, truncated, _ = env.step(env.action_space.sample())
+    assert truncated
+    env.close()
+    assert [path.suffix for path in (tmp_path / "videos").iterdir()] == [".mp4"]
+
+
+def test_no_opengl_names_the_packages(monkeypatch):
+    def missing(name):
+        raise ImportError(f"no {name}")
+
+    monkeypatch.setattr(rendering.importlib, "import_module", missing)
+    with pytest.raises(RuntimeError, match=r"libegl1.*libosmesa6.*no mujoco.egl"):
+        rendering.Picture(make_robot(), 32, 32)
+
+
+def test_sizes_are_checked():
+    with pytest.raises(ValueError, match="render_width must be a whole number from 16"):
+        gym.make(ID, render_width=0)
+
+
+def test_transported_frames_follow_the_kinematics():
+    bending = np.array([[0.9, -0.5], [-0.4, 0.7]])
+    lengths = [0.2, 0.2]
+    curve = kinematics.backbone(bending, lengths, 200)
+    x, y = rendering.transported_frames(curve)
+    _, quaternion = kinematics.forward(bending, lengths)
+    np.testing.assert_allclose(
+        x[-1], kinematics.rotate(quaternion, np.array([1.0, 0, 0])), atol=0.01
+    )
+    np.testing.assert_allclose(
+        y[-1], kinematics.rotate(quaternion, np.array([0, 1.0, 0])), atol=0.01
+    )
