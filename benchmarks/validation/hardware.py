@@ -8,8 +8,8 @@ The robot is quasi-static, so its shape is the minimum of bending and tendon ene
 with constant curvature in every segment, B the bending summed from the base, and tendons that only
 pull. Identified are, one number a segment each:
 
-* the stiffness ratio a = (EI/l) / (n k d^2 / 2): tendons and transmission stretch, so plain constant
-  curvature overestimates every motion;
+* the stiffness ratio a = (EI/l) / (n k d^2 / 2): tendons and transmission stretch, so plain
+  constant curvature overestimates every motion;
 * the pretension p, as a displacement: it decides when a released tendon goes slack. The recordings
   release single tendons by up to 10 mm, which no model of taut tendons can follow;
 * the half-width of the backlash between servo and tendon: the same command is reached from two

@@ -34,16 +34,19 @@ class Profile:
         Longest time step [s].
     folded : bool
         Whether a segment's n taut tendons act as two tendons along its Clarke coordinates.
+    tolerance : float
+        Relative tolerance of the implicit step's equations.
     """
 
     elements: int
     sim_dt_s: float
     folded: bool
+    tolerance: float = 1e-8
 
 
 PROFILES = {
-    "fast": Profile(elements=3, sim_dt_s=5e-3, folded=True),
-    "accurate": Profile(elements=10, sim_dt_s=2e-3, folded=False),
+    "fast": Profile(elements=3, sim_dt_s=5e-3, folded=True, tolerance=1e-4),
+    "accurate": Profile(elements=10, sim_dt_s=2e-3, folded=False, tolerance=1e-6),
 }
 
 
@@ -149,6 +152,7 @@ def build_chain(
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep = step
+    spec.option.tolerance = profile.tolerance
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.gravity = rotate(quaternion * (1.0, -1.0, -1.0, -1.0), gravity)
     spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT

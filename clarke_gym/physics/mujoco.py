@@ -65,7 +65,8 @@ class MujocoPhysics:
     physics, and ramp from one control step to the next. Tendons are springs with pretension that
     only pull. With the profile "fast", a segment's taut tendons act as two springs along its Clarke
     coordinates. Every step checks each tendon at each time step; a robot with a slack one repeats
-    the control step with all its tendons, so the result is that of the whole set of tendons.
+    the control step with all its tendons. The engine decides which of those pull by the tension
+    that it expects at the start of a time step, ahead by stiffness x speed x step.
 
     Parameters
     ----------
@@ -286,6 +287,9 @@ class MujocoPhysics:
         """Repeat the control step with all tendons for robots that had a slack one."""
         pick = slice(None) if rows is None else rows
         first, last = (part[pick][:, None, :] for part in lengths)
+        record[:, :-1] = record[:, 1:]  # lengths at the end of every step
+        shape = map_rows(self._engine.qpos[pick], self._to_clarke)
+        record[:, -1] = self._springs.folded_change(shape)
         slack = self._springs.slack(
             start.rows(pick), end.rows(pick), first + self._ramp * (last - first), record
         )

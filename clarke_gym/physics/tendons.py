@@ -103,8 +103,7 @@ class TendonSprings:
         self.stiffness = np.repeat([s.tendon_stiffness_n_m for s in segments], counts)
         self.pretension = np.repeat([s.pretension_n for s in segments], counts)
         self.pulls_only = np.repeat([s.joint_type == "tendon" for s in segments], counts)
-        self._last = np.cumsum(counts) - 1
-        self._first = self._last - np.array(counts) + 1
+        self._first = np.cumsum([0, *counts[:-1]])
         self._pulling = np.array([s.joint_type == "tendon" for s in segments])
         preload = self.pretension / self.stiffness
         self._preload = np.array([s.pretension_n / s.tendon_stiffness_n_m for s in segments])
@@ -160,17 +159,24 @@ class TendonSprings:
         rows = np.ascontiguousarray(clarke).reshape(len(clarke), -1)
         return map_rows(rows, self._fold) + self._folded_preload
 
+    def folded_change(self, clarke: FloatArray) -> FloatArray:
+        """Return how far a shape shortens the virtual tendons, negative [m], shape (B, 2S)."""
+        return map_rows(clarke, self._fold)
+
     def slack(
         self, start: Drives, end: Drives, command: FloatArray, length: FloatArray
-    ) -> FloatArray:
-        """Return which robots had a tendon that carried nothing in one of K time steps.
+    ) -> NDArray[np.bool_]:
+        """Return which robots had a tendon that would have pushed after one of K time steps.
+
+        The implicit integrator applies the tension at the end of each step, so that is what must
+        not be negative.
 
         Parameters
         ----------
         start, end : Drives
             The drives before and after the K steps, of B robots.
         command, length : ndarray, shape (B, K, 2S)
-            Commanded and actual lengths of the virtual tendons in every step [m].
+            Commanded and actual lengths of the virtual tendons at the end of every step [m].
 
         Returns
         -------
@@ -181,20 +187,25 @@ class TendonSprings:
         gap = length - command + self._folded_preload
         square = (gap * gap).reshape(batch, steps, robot.n_segments, 2).sum(-1).max(1)
         off = [part.off_manifold for part in (start, end)]
-        lowest: FloatArray | float = 0.0
+        room: FloatArray = self._preload
         for part in off:
             if part is not None:
-                lowest = np.minimum(lowest, np.minimum.reduceat(part, self._first, axis=1))
+                lowest = np.minimum.reduceat(part, self._first, axis=1)
+                room = np.minimum(room, self._preload + lowest)
         # Enough for all tendons of a segment, at a cost that does not grow with their number.
-        room = np.maximum(self._preload + lowest, 0.0)
+        room = np.maximum(room, 0.0)
         doubtful = ((square * self._gain**2 > room * room) & self._pulling).any(1)
         result = np.zeros(batch, dtype=bool)
-        for row in np.flatnonzero(doubtful):
-            stretch = map_rows(gap[row], self._unfold) @ robot.decoder.T
-            ramp = (np.arange(1, steps + 1) / steps)[:, None]
-            for part, weight in zip(off, (1.0 - ramp, ramp), strict=True):
-                if part is not None:
-                    stretch = stretch + weight * part[row]
-            tension = self.pretension + self.stiffness * stretch
-            result[row] = bool((tension[:, self.pulls_only] < 0.0).any())
+        if not doubtful.any():
+            return result
+        rows = np.flatnonzero(doubtful)
+        folded = gap[rows].reshape(-1, gap.shape[-1])
+        stretch = map_rows(map_rows(folded, self._unfold), robot.decoder.T)
+        stretch = stretch.reshape(len(rows), steps, -1)
+        ramp = (np.arange(1, steps + 1) / steps)[:, None]
+        for part, weight in zip(off, (1.0 - ramp, ramp), strict=True):
+            if part is not None:
+                stretch = stretch + weight * part[rows, None, :]
+        tension = self.pretension + self.stiffness * stretch
+        result[rows] = (tension[:, :, self.pulls_only] < 0.0).any((1, 2))
         return result

@@ -38,13 +38,13 @@ def settle(physics, clarke, steps=40):
 
 
 @pytest.fixture
-def whole_profile(monkeypatch):
-    """The fast profile without folding: every tendon stands for itself."""
+def tight_profiles(monkeypatch):
+    """The fast profile with exactly solved steps: folded, and with every tendon by itself."""
     from clarke_gym.physics import mjcf
 
-    whole = dataclasses.replace(mjcf.PROFILES["fast"], folded=False)
-    monkeypatch.setitem(mjcf.PROFILES, "whole", whole)
-    return "whole"
+    for name, folded in (("folded", True), ("whole", False)):
+        tight = dataclasses.replace(mjcf.PROFILES["fast"], folded=folded, tolerance=1e-13)
+        monkeypatch.setitem(mjcf.PROFILES, name, tight)
 
 
 @pytest.fixture

@@ -1,0 +1,183 @@
+"""Speed of the MuJoCo physics, as ratios of medians inside one run, on one core.
+
+python -m benchmarks.physics_speed [--out docs/validation]
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+
+import clarke_gym  # noqa: F401  (registers the environments)
+from benchmarks.timing import Workload, seconds_per_call
+from clarke_gym._arrays import FloatArray
+from clarke_gym.physics.base import JointVector
+from clarke_gym.physics.mjcf import PROFILES, build_chain
+from clarke_gym.physics.mujoco import MujocoPhysics, substeps
+from clarke_gym.robots import Robot, make_robot
+
+BATCH = 64
+CONTROL_DT = 0.02
+ROUNDS = 7
+COUNTS = (3, 8, 16, 32)
+SEGMENTS = (1, 2, 3)
+ENV_ID = "clarke_gym/Reach-v0"
+ENV_DT = 0.05
+
+
+def moving(robot: Robot, off_manifold: float, **options: Any) -> Workload:
+    """Return one control step of a batch that follows changing commands."""
+    physics = MujocoPhysics(robot, BATCH, CONTROL_DT, threads=1, **options)
+    commands = [_command(robot, phase, off_manifold) for phase in np.linspace(0.0, 2 * np.pi, 65)]
+    physics.reset(np.arange(BATCH), commands[0].clarke)
+    count = 0
+
+    def step() -> None:
+        nonlocal count
+        count += 1
+        physics.step(commands[count % 64])
+        assert not physics.state.diverged.any()
+
+    return step
+
+
+def _command(robot: Robot, phase: float, off_manifold: float) -> JointVector:
+    # Every robot draws a circle at a fifth of its largest bend, from its own starting angle.
+    angle = phase + 2.0 * np.pi * np.arange(BATCH)[:, None] / BATCH
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    clarke = 0.2 * robot.max_clarke[:, None] * circle
+    off: FloatArray | None = None
+    if off_manifold:
+        off = np.full((BATCH, robot.n_joints), -off_manifold)
+        off -= (off @ robot.encoder.T) @ robot.decoder.T
+    return JointVector.from_clarke(clarke, off)
+
+
+def bare(robot: Robot, control_dt: float, profile: str, count: int) -> Workload:
+    """Return the same number of time steps of the same model in a bare loop over `count` data."""
+    numbers = PROFILES[profile]
+    steps = substeps(control_dt, None, numbers.sim_dt_s)
+    model = build_chain(robot, numbers, sim_dt_s=control_dt / steps).model
+    data = [mujoco.MjData(model) for _ in range(count)]
+    rng = np.random.default_rng(0)
+    for one in data:
+        one.qpos[:] = rng.normal(0.0, 0.02, model.nq)
+
+    def step() -> None:
+        for one in data:
+            mujoco.mj_step(model, one, steps)
+
+    return step
+
+
+def environment(count: int, profile: str, **keywords: Any) -> Workload:
+    """Return one step of the environment: a batch, or the scalar one for `count` 1."""
+    keywords |= {"physics": "mujoco", "profile": profile, "representation": "clarke"}
+    keywords |= {"control_dt": ENV_DT, "threads": 1}
+    if count > 1:
+        envs = gym.make_vec(
+            ENV_ID, num_envs=count, vectorization_mode="vector_entry_point", **keywords
+        )
+        envs.reset(seed=0)
+        envs.action_space.seed(0)
+        actions = [0.3 * envs.action_space.sample() for _ in range(16)]
+        turn = iter(range(10**9))
+        return lambda: envs.step(actions[next(turn) % 16])
+    env = gym.make(ENV_ID, **keywords)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    single = [0.3 * env.action_space.sample() for _ in range(64)]
+    turn = iter(range(10**9))
+
+    def step() -> None:
+        _, _, terminated, truncated, _ = env.step(single[next(turn) % 64])
+        if terminated or truncated:
+            env.reset()
+
+    return step
+
+
+def overhead() -> list[str]:
+    """Return lines about the environment's time over the bare loop's."""
+    lines = []
+    for profile in PROFILES:
+        for segments in (1, 3):
+            robot = make_robot(n_segments=segments)
+            workloads, bars = {}, {BATCH: 0.9, 1: 0.8}
+            for count in bars:
+                workloads[f"bare {count}"] = bare(robot, ENV_DT, profile, count)
+                workloads[f"env {count}"] = environment(count, profile, n_segments=segments)
+            calls = 4 if profile == "fast" else 1
+            times = seconds_per_call(workloads, ROUNDS, calls)
+            for count, bar in bars.items():
+                ratio = times[f"bare {count}"] / times[f"env {count}"]
+                extra = 1e6 * (times[f"env {count}"] - times[f"bare {count}"]) / count
+                lines.append(
+                    f"| {profile} | {segments} | {count} | {ratio:.2f} | {bar} "
+                    f"| {extra:.1f} us a step |"
+                )
+    return lines
+
+
+def main() -> None:
+    """Measure, print and write a table and a figure."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.physics_speed")
+    parser.add_argument("--out", type=Path, default=Path("docs/validation"), help="output folder")
+    out = parser.parse_args().out
+    out.mkdir(parents=True, exist_ok=True)
+    robots = {(s, n): make_robot(n_segments=s, n_tendons=n) for s in SEGMENTS for n in COUNTS}
+    workloads: dict[str, Workload] = {}
+    for (s, n), robot in robots.items():
+        workloads[f"{s} {n} taut"] = moving(robot, 0.0)
+        workloads[f"{s} {n} slack"] = moving(robot, 2e-4)
+        workloads[f"{s} {n} accurate"] = moving(robot, 0.0, profile="accurate")
+    times = seconds_per_call(workloads, 5, 2)
+    lines = [
+        f"Control steps a second on one core, {1e3 * CONTROL_DT:g} ms control, batch {BATCH}, "
+        "physics step with pose and displacement read.",
+        "",
+        "| segments | tendons a segment | fast, taut | over n = 3 | fast, slack | accurate |",
+        "| ---: | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    figure = Figure((5.0, 3.5))
+    axis = figure.subplots()
+    for s in SEGMENTS:
+        cost = [1e6 * times[f"{s} {n} taut"] / BATCH for n in COUNTS]
+        axis.plot(COUNTS, cost, "o-", label=f"{s} segments, taut")
+        slack = [1e6 * times[f"{s} {n} slack"] / BATCH for n in COUNTS]
+        axis.plot(COUNTS, slack, "o:", label=f"{s} segments, slack")
+        for n, taut in zip(COUNTS, cost, strict=True):
+            rates = [BATCH / times[f"{s} {n} {k}"] for k in ("taut", "slack", "accurate")]
+            lines.append(
+                f"| {s} | {n} | {rates[0]:,.0f} | {taut / cost[0]:.2f} "
+                f"| {rates[1]:,.0f} | {rates[2]:,.0f} |"
+            )
+    axis.set(xlabel="tendons a segment", ylabel="us a control step", yscale="log")
+    axis.legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(out / "physics_speed.png", dpi=120)
+    lines += [
+        "",
+        f"Bare `mj_step` loop over environment step (1 is as fast), {1e3 * ENV_DT:g} ms control.",
+        "",
+        "| profile | segments | batch | ratio | bar | over the bare loop |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+        *overhead(),
+    ]
+    table = "\n".join(lines) + "\n"
+    print(table)
+    (out / "physics_speed.md").write_text(table)
+
+
+if __name__ == "__main__":
+    main()
