@@ -163,14 +163,19 @@ class Representation:
         ValueError
             If the last axis is not K.
         """
-        rows = _rows(coordinates, self.size, "coordinates")
+        rows = _rows(coordinates, self.decoder.shape[1], "coordinates")
         if self.polar:
             pairs = rows.reshape(len(rows), -1, 2)
             magnitude, angle = (pairs[..., 0] + 1.0) / 2.0, np.pi * pairs[..., 1]
             pairs = np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=-1)
             rows = pairs.reshape(len(rows), -1).astype(rows.dtype, copy=False)
-        joints = map_rows(rows, self.decoder.T.astype(rows.dtype, copy=False))
-        return joints.reshape(*coordinates.shape[:-1], self.n_joints)
+        joints = map_rows(rows, self._decoder_like(rows))
+        return joints.reshape(*coordinates.shape[:-1], joints.shape[1])
+
+    def _decoder_like(self, rows: NDArray[Any]) -> NDArray[Any]:
+        if rows.dtype == np.float64:
+            return self.decoder.T
+        return self.decoder.T.astype(rows.dtype)
 
     def encode(self, joints: NDArray[Any]) -> NDArray[Any]:
         """Return coordinates of joint-space numbers.

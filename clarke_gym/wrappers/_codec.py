@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -27,17 +28,20 @@ class ActionCodec:
 
     def __init__(self, core: EnvCore, name: str) -> None:
         self.representation = make_representation(name, core.robot)
-        self.space = spaces.Box(-1.0, 1.0, (self.representation.size,), np.float32)
+        self._size = self.representation.size
+        self.space = spaces.Box(-1.0, 1.0, (self._size,), np.float32)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
         """Return the joint-space action in float64, so that it is on the manifold to rounding."""
         array = np.asarray(action, dtype=np.float64)
-        if array.ndim == 0 or array.shape[-1] != self.representation.size:
+        if array.ndim == 0 or array.shape[-1] != self._size:
             raise ValueError(
                 f"action must have a last axis of {self.representation.size} for the "
                 f"representation {self.representation.name!r}, got shape {array.shape}"
             )
-        if not np.isfinite(array).all():
+        # The few numbers of one action are checked faster as floats than by a call into NumPy.
+        one = array.ndim == 1
+        if not (all(map(math.isfinite, array.tolist())) if one else np.isfinite(array).all()):
             raise ValueError(not_finite(array))
         return self.representation.decode(array)
 
