@@ -33,6 +33,7 @@ COUNTS = (3, 8, 16, 32)
 SEGMENTS = (1, 2, 3)
 ENV_ID = "clarke_gym/Reach-v0"
 ENV_DT = 0.05
+ACTION_SHARE = 0.3  # of the largest action, so that no robot meets its limits
 
 
 def moving(robot: Robot, off_manifold: float, **options: Any) -> Workload:
@@ -69,12 +70,20 @@ def bare(robot: Robot, control_dt: float, profile: str, count: int) -> Workload:
     steps = substeps(control_dt, None, numbers.sim_dt_s)
     model = build_chain(robot, numbers, sim_dt_s=control_dt / steps).model
     data = [mujoco.MjData(model) for _ in range(count)]
+    # The tendons move back and forth as fast as under the environment's actions: a moving robot
+    # costs more than one at rest.
     rng = np.random.default_rng(0)
-    for one in data:
-        one.qpos[:] = rng.normal(0.0, 0.02, model.nq)
+    rates = ACTION_SHARE * robot.max_tendon_speed_m_s * rng.uniform(-1.0, 1.0, (64, model.nu))
+    if not numbers.folded:
+        tendon = robot.segments[0]
+        for one in data:
+            one.act[:] = -tendon.pretension_n / tendon.tendon_stiffness_n_m
+    turn = iter(range(10**9))
 
     def step() -> None:
+        rate = rates[next(turn) % 64]
         for one in data:
+            one.ctrl[:] = rate
             mujoco.mj_step(model, one, steps)
 
     return step
@@ -90,13 +99,13 @@ def environment(count: int, profile: str, **keywords: Any) -> Workload:
         )
         envs.reset(seed=0)
         envs.action_space.seed(0)
-        actions = [0.3 * envs.action_space.sample() for _ in range(16)]
+        actions = [ACTION_SHARE * envs.action_space.sample() for _ in range(16)]
         turn = iter(range(10**9))
         return lambda: envs.step(actions[next(turn) % 16])
     env = gym.make(ENV_ID, **keywords)
     env.reset(seed=0)
     env.action_space.seed(0)
-    single = [0.3 * env.action_space.sample() for _ in range(64)]
+    single = [ACTION_SHARE * env.action_space.sample() for _ in range(64)]
     turn = iter(range(10**9))
 
     def step() -> None:

@@ -61,12 +61,13 @@ class Engine:
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
         self._tip = model.site("tip").id
-        self._warned = self._warnings()
+        self._counts = self._batch.warning[:, :, 1]
+        self._warned, self._warnings_seen = self._warnings(), self._counts.sum()
         self.straight = model.tendon_length0.copy()
         self._record = np.zeros((num_envs, 0, model.ntendon))
 
     def _warnings(self) -> NDArray[np.intp]:
-        counts: NDArray[np.intp] = self._batch.warning[:, _BAD_STATE, 1].sum(1)
+        counts: NDArray[np.intp] = self._counts[:, _BAD_STATE].sum(1)
         return counts
 
     def run(
@@ -114,9 +115,12 @@ class Engine:
             else:
                 out = self._batch.rollout(steps, record=("ten_length",), ids=rows)
                 lengths = out["ten_length"]
-        warned = self._warnings()
-        failed = warned != self._warned
-        self._warned = warned
+        failed = np.zeros(len(self.qpos), dtype=bool)
+        seen = self._counts.sum()
+        if seen != self._warnings_seen:
+            warned = self._warnings()
+            failed = warned != self._warned
+            self._warned, self._warnings_seen = warned, seen
         return failed, lengths
 
     def refresh(self) -> None:

@@ -227,7 +227,7 @@ class MujocoPhysics:
         start, end = self._drive, self._approach(command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()
-        rows = None if not self._diverged.any() else np.flatnonzero(~self._diverged)
+        rows = np.flatnonzero(~self._diverged) if self._diverged.any() else None
         if engine.chain.folded:
             lengths = (
                 self._springs.folded_lengths(start.clarke),
@@ -238,11 +238,11 @@ class MujocoPhysics:
                 self._repeat_slack(rows, start, end, lengths, record, before, failed)
         else:
             failed, _ = engine.run(rows, *self._targets(start, end), self._substeps, False)
-        failed |= (np.abs(engine.qpos) > MAX_JOINT_ANGLE_RAD).any(1)
-        failed |= ~np.isfinite(engine.qvel).all(1)
-        if failed.any():
+        # One look at all rows is enough as long as nothing is wrong; nan fails the comparison.
+        if not np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD:
+            failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
+        if rows is not None or failed.any():
             self._diverged = self._diverged | failed
-        if self._diverged.any():
             stopped = np.flatnonzero(self._diverged)
             engine.qpos[stopped] = before[0][stopped]
             engine.qvel[stopped] = 0.0
@@ -285,14 +285,14 @@ class MujocoPhysics:
         failed: NDArray[np.bool_],
     ) -> None:
         """Repeat the control step with all tendons for robots that had a slack one."""
-        pick = slice(None) if rows is None else rows
-        first, last = (part[pick][:, None, :] for part in lengths)
+        (first, last), reached, drives = lengths, self._engine.qpos, (start, end)
+        if rows is not None:
+            first, last, reached = first[rows], last[rows], reached[rows]
+            drives = (start.rows(rows), end.rows(rows))
         record[:, :-1] = record[:, 1:]  # lengths at the end of every step
-        shape = map_rows(self._engine.qpos[pick], self._to_clarke)
-        record[:, -1] = self._springs.folded_change(shape)
-        slack = self._springs.slack(
-            start.rows(pick), end.rows(pick), first + self._ramp * (last - first), record
-        )
+        record[:, -1] = self._springs.folded_change(map_rows(reached, self._to_clarke))
+        ramp = first[:, None] + self._ramp * (last - first)[:, None]
+        slack = self._springs.slack(*drives, ramp, record)
         if not slack.any():
             return
         again = np.flatnonzero(slack) if rows is None else rows[slack]

@@ -184,7 +184,8 @@ class TendonSprings:
         """
         robot = self.robot
         batch, steps = command.shape[:2]
-        gap = length - command + self._folded_preload
+        gap = length - command
+        gap += self._folded_preload
         square = (gap * gap).reshape(batch, steps, robot.n_segments, 2).sum(-1).max(1)
         off = [part.off_manifold for part in (start, end)]
         room: FloatArray = self._preload

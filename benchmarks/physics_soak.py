@@ -1,0 +1,107 @@
+"""Random control of the MuJoCo physics until something breaks: how many steps diverge?
+
+python -m benchmarks.physics_soak [--steps 10000000] [--sim-dt 0.005] [--out docs/validation]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from clarke_gym._arrays import FloatArray
+from clarke_gym.physics.base import JointVector
+from clarke_gym.physics.mujoco import MujocoPhysics
+from clarke_gym.robots import Robot, make_robot
+
+CONTROL_DT = 0.05
+BATCH = 256
+EPISODE = 50
+SEGMENTS, COUNTS = (1, 2, 3), (3, 7, 16)
+POLICIES = ("raw", "clarke", "extreme", "constant", "alternating")
+
+
+def commands(policy: str, robot: Robot, seed: int) -> Iterator[JointVector]:
+    """Yield commands within the environment's limits for ever."""
+    rng = np.random.default_rng(seed)
+    shape = (BATCH, robot.n_segments, 2)
+    limit = robot.max_clarke[:, None]
+    rate = robot.max_tendon_speed_m_s * CONTROL_DT
+    clarke, off = np.zeros(shape), np.zeros((BATCH, robot.n_joints))
+    held = rng.uniform(-1.0, 1.0, shape)
+    for step in range(10**9):
+        if step % EPISODE == 0:
+            held = rng.uniform(-1.0, 1.0, shape)
+        if policy == "raw":
+            action = rng.uniform(-1.0, 1.0, (BATCH, robot.n_joints))
+            part = action @ robot.encoder.T
+            clarke = clarke + rate * part.reshape(shape)
+            off = off + 0.1 * robot.max_cocontraction_m * (action - part @ robot.decoder.T)
+            bound = np.abs(off).max(axis=1, keepdims=True) / robot.max_cocontraction_m
+            off = off / np.maximum(bound, 1.0)
+        elif policy == "clarke":
+            clarke = clarke + rate * rng.uniform(-1.0, 1.0, shape)
+        elif policy == "extreme":
+            clarke = clarke + rate * rng.choice([-1.0, 1.0], shape)
+        elif policy == "constant":
+            clarke = clarke + rate * held
+        else:  # whole range back and forth, as fast as the drives may move
+            clarke = limit * np.where(step // 10 % 2, 1.0, -1.0) * np.sign(held)
+        clarke = clarke / np.maximum(np.linalg.norm(clarke, axis=-1, keepdims=True) / limit, 1.0)
+        yield JointVector.from_clarke(clarke, off if policy == "raw" else None)
+
+
+def soak(robot: Robot, policy: str, steps: int, sim_dt: float | None, seed: int) -> FloatArray:
+    """Return how many steps ran, diverged, and showed a number that is not finite."""
+    physics = MujocoPhysics(robot, BATCH, CONTROL_DT, threads=2, sim_dt_s=sim_dt)
+    ran = diverged = broken = 0
+    for command in commands(policy, robot, seed):
+        physics.step(command)
+        state = physics.state
+        ran += BATCH
+        diverged += int(state.diverged.sum())
+        tip, displacement = state.tip_position, state.displacement.clarke
+        broken += int((~np.isfinite(tip)).any() or (~np.isfinite(displacement)).any())
+        rows = np.flatnonzero(state.diverged)
+        if rows.size:
+            physics.reset(rows, command.clarke[rows])
+        if ran >= steps:
+            return np.array([ran, diverged, broken])
+    raise AssertionError("the commands never end")
+
+
+def main() -> None:
+    """Soak every robot under every policy; print and write a table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.physics_soak")
+    parser.add_argument("--steps", type=float, default=1e7, help="control steps in all")
+    parser.add_argument("--sim-dt", type=float, help="time step [s]; the profile's by default")
+    parser.add_argument("--out", type=Path, default=Path("docs/validation"), help="output folder")
+    options = parser.parse_args()
+    cases = [(s, n, policy) for s in SEGMENTS for n in COUNTS for policy in POLICIES]
+    lines = [
+        f"Profile fast, {1e3 * CONTROL_DT:g} ms control, time step "
+        f"{options.sim_dt or 'of the profile'}, commands within the environment's limits.",
+        "",
+        "| segments | tendons | policy | control steps | diverged | not finite |",
+        "| ---: | ---: | --- | ---: | ---: | ---: |",
+    ]
+    total, start = np.zeros(3), time.perf_counter()
+    for seed, (s, n, policy) in enumerate(cases):
+        robot = make_robot(n_segments=s, n_tendons=n)
+        counts = soak(robot, policy, int(options.steps / len(cases)), options.sim_dt, seed)
+        total += counts
+        ran, diverged, broken = (int(count) for count in counts)
+        lines.append(f"| {s} | {n} | {policy} | {ran:,} | {diverged} | {broken} |")
+    ran, diverged, broken = (int(count) for count in total)
+    lines.append(f"| | | all | {ran:,} | {diverged} | {broken} |")
+    table = "\n".join(lines) + "\n"
+    print(table, f"{time.perf_counter() - start:.0f} s")
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "physics_soak.md").write_text(table)
+
+
+if __name__ == "__main__":
+    main()
