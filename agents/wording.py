@@ -6,7 +6,11 @@ from agents.bootstrap import LEVEL, Interval
 from agents.results import Study
 from agents.summary import ALL_TASKS, SMOKE_SEEDS, Comparison, Summary
 
-NAMES = {"raw": "raw tendon space", "clarke": "Clarke coordinates"}
+NAMES = {
+    "raw": "raw tendon space",
+    "raw_scaled": "scaled raw space (exploration matched)",
+    "clarke": "Clarke coordinates",
+}
 DASH = "–"
 
 
