@@ -13,6 +13,9 @@ import numpy as np
 from clarke_gym._arrays import Array, FloatMath, array_namespace, namespace
 
 _SERIES_TERMS = 10
+_ARCSINE = (1.0, 1 / 6, 3 / 40, 15 / 336, 105 / 3456, 945 / 42240, 10395 / 599040)
+"""asin(s)/s in powers of s^2."""
+
 _TINY_32 = np.finfo(np.float32).tiny
 _TINY_64 = float(np.finfo(np.float64).tiny)
 
@@ -88,3 +91,38 @@ def half_angle_slope(squared_angle: Array, cosine: Array, h: Array) -> Array:
     for k in range(_SERIES_TERMS, 0, -1):
         series = 1.0 - series * small * ((k + 1) / (k * (2 * k + 2) * (2 * k + 3)))
     return xp.where(near, series / -48.0, (0.5 * cosine - h) / (2.0 * safe))
+
+
+def angle_over_sine(lateral: Array, axial: Array, square: Array) -> Array:
+    r"""Return :math:`t/\sin t` of the angle t between a vector and an axis, smooth at t = 0.
+
+    Parameters
+    ----------
+    lateral : array
+        Square of the vector's part across the axis.
+    axial : array
+        Its part along the axis; t lies in [0, pi).
+    square : array
+        Square of the whole vector.
+
+    Returns
+    -------
+    array
+        Shaped as `lateral`.
+
+    Examples
+    --------
+    >>> angle_over_sine(np.array([0.0, 1.0]), np.array([2.0, 0.0]), np.array([4.0, 1.0]))
+    array([1.        , 1.57079633])
+    """
+    xp = array_namespace(lateral)
+    ratio = lateral / square
+    near = (ratio < 1e-3) & (axial > 0.0)
+    small = xp.where(near, ratio, xp.zeros_like(ratio))
+    series = xp.zeros_like(ratio)
+    for coefficient in reversed(_ARCSINE):
+        series = series * small + coefficient
+    # Roots have no finite gradient at 0: the branch that is not used gets 1.
+    radius = xp.sqrt(xp.where(near, xp.ones_like(lateral), lateral))
+    size = xp.sqrt(xp.where(near, xp.ones_like(square), square))
+    return xp.where(near, series, xp.arctan2(radius, axial) * size / radius)

@@ -12,11 +12,8 @@ import math
 import numpy as np
 
 from clarke_gym._arrays import Array, array_namespace, as_floating, parameter
-from clarke_gym.arc_functions import half_angle_functions
+from clarke_gym.arc_functions import angle_over_sine, half_angle_functions
 from clarke_gym.kinematics import segment_pose
-
-_SERIES = (1.0, 1 / 6, 3 / 40, 15 / 336, 105 / 3456, 945 / 42240, 10395 / 599040)
-"""asin(s)/s in powers of s^2."""
 
 
 def _check(array: Array, size: int, name: str) -> Array:
@@ -24,21 +21,6 @@ def _check(array: Array, size: int, name: str) -> Array:
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name} must have a last axis of {size}, got {tuple(array.shape)}")
     return array
-
-
-def _angle_over_sine(lateral: Array, axial: Array, square: Array) -> Array:
-    """Return t / sin t with tan t = lateral / axial from the lateral part's square."""
-    xp = array_namespace(lateral)
-    ratio = lateral / square
-    near = (ratio < 1e-3) & (axial > 0.0)
-    small = xp.where(near, ratio, xp.zeros_like(ratio))
-    series = xp.zeros_like(ratio)
-    for coefficient in reversed(_SERIES):
-        series = series * small + coefficient
-    # Roots have no finite gradient at 0: the branch that is not used gets 1.
-    radius = xp.sqrt(xp.where(near, xp.ones_like(lateral), lateral))
-    size = xp.sqrt(xp.where(near, xp.ones_like(square), square))
-    return xp.where(near, series, xp.arctan2(radius, axial) * size / radius)
 
 
 def _tip(position: Array) -> tuple[Array, Array, Array, Array]:
@@ -52,7 +34,7 @@ def _tip(position: Array) -> tuple[Array, Array, Array, Array]:
             "circle, ends there"
         )
     square = lateral + z * z
-    return position, lateral, square, _angle_over_sine(lateral, z, square)
+    return position, lateral, square, angle_over_sine(lateral, z, square)
 
 
 def segment_inverse_extensible(position: Array) -> tuple[Array, Array]:
@@ -159,7 +141,7 @@ def bending_from_quaternion(quaternion: Array) -> Array:
     xp = array_namespace(quaternion)
     w, x, y = (quaternion[..., i] for i in range(3))
     lateral = x * x + y * y
-    factor = 2.0 * _angle_over_sine(lateral, w, lateral + w * w)
+    factor = 2.0 * angle_over_sine(lateral, w, lateral + w * w)
     return xp.stack([factor * y, -factor * x], -1)
 
 
