@@ -1,0 +1,127 @@
+"""Sampling on the manifold: uniform over the Clarke disk, over the dome of tips, or any shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating
+from clarke_gym.dome import sample_dome
+
+
+def pairs_of(array: Array, name: str) -> Array:
+    """Return `array` as a floating array of shape (..., 2), or say what is wrong with it."""
+    array = as_floating(array, name)
+    if array.ndim == 0 or array.shape[-1] != 2:
+        raise ValueError(f"{name} must have a last axis of 2, got {tuple(array.shape)}")
+    return array
+
+
+def positive(name: str, value: float) -> float:
+    """Return a positive finite number, or say that it is none."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be positive and finite, got {value!r}")
+    return float(value)
+
+
+def sample_disk(uniforms: Array, radius: float) -> Array:
+    r"""Return Clarke coordinates uniform over the disk :math:`|\bar\rho| \le r`.
+
+    Closed form without rejection: :math:`r\sqrt{U}(\cos 2\pi V, \sin 2\pi V)`. (Branchless
+    closed-form sampling on the manifold is due to "Clarke Transform - A Fundamental Tool for
+    Continuum Robotics", arXiv 2409.16501, whose formulas were not read.)
+
+    Parameters
+    ----------
+    uniforms : array, shape (..., 2)
+        Independent uniform numbers in [0, 1).
+    radius : float
+        r [m].
+
+    Returns
+    -------
+    array, shape (..., 2)
+        [m].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `uniforms` is not real, its last axis not 2, or `radius` not positive.
+
+    Examples
+    --------
+    >>> sample_disk(np.array([[0.25, 0.0], [1.0, 0.25]]), 0.01).round(6)
+    array([[0.005, 0.   ],
+           [0.   , 0.01 ]])
+    """
+    return sample_shaped(uniforms, radius, lambda share: share**0.5)
+
+
+def sample_shaped(uniforms: Array, radius: float, quantile: Callable[[Array], Array]) -> Array:
+    """Return Clarke coordinates of any rotationally symmetric distribution on the disk.
+
+    Parameters
+    ----------
+    uniforms : array, shape (..., 2)
+        Independent uniform numbers in [0, 1).
+    radius : float
+        r [m].
+    quantile : callable
+        Inverse distribution function of the magnitude over r: [0, 1) to [0, 1], increasing. The
+        square root is uniform on the disk, the identity uniform in the magnitude.
+
+    Returns
+    -------
+    array, shape (..., 2)
+        [m].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `uniforms` is not real, its last axis not 2, or `radius` not positive.
+
+    Examples
+    --------
+    >>> sample_shaped(np.array([0.5, 0.5]), 0.01, lambda share: share).round(6) + 0.0
+    array([-0.005,  0.   ])
+    """
+    uniforms = pairs_of(uniforms, "uniforms")
+    xp = array_namespace(uniforms)
+    magnitude = positive("radius", radius) * quantile(uniforms[..., 0])
+    angle = 2.0 * math.pi * uniforms[..., 1]
+    return xp.stack([magnitude * xp.cos(angle), magnitude * xp.sin(angle)], -1)
+
+
+def sample_tips(
+    uniforms: NDArray[np.float64], max_bending: float, pitch_radius: float
+) -> FloatArray:
+    """Return Clarke coordinates whose tip positions are uniform over the dome of one segment.
+
+    Parameters
+    ----------
+    uniforms : ndarray, shape (..., 2)
+        Independent uniform numbers in [0, 1).
+    max_bending : float
+        Bending limit [rad], at most 2 pi.
+    pitch_radius : float
+        d [m].
+
+    Returns
+    -------
+    ndarray, shape (..., 2)
+        [m].
+
+    Raises
+    ------
+    ValueError
+        If `pitch_radius` is not positive.
+
+    Examples
+    --------
+    >>> sample_tips(np.array([[1.0, 0.0]]), 1.5, 0.01)
+    array([[0.015, 0.   ]])
+    """
+    return positive("pitch_radius", pitch_radius) * sample_dome(uniforms, max_bending)
