@@ -2,9 +2,9 @@ r"""Distribution of a manifold force over tendons that can only pull.
 
 Tensions with the Clarke coordinates :math:`\bar\tau` are :math:`M_P^{-1}\bar\tau` plus any part
 off the manifold. Half of :math:`M_P^{-1}\bar\tau` is negative, which a tendon cannot carry.
-Clipping and shifting are named in Muhmann, Grassmann, Bartholdt and Burgner-Kahrs, "Toward Dynamic Control
-of Tendon-Driven Continuum Robots using Clarke Transform", arXiv 2503.20693 (formulas not read;
-derived here): shifting leaves the manifold force alone, clipping does not.
+Clipping and shifting are named in Muhmann, Grassmann, Bartholdt and Burgner-Kahrs, "Toward Dynamic
+Control of Tendon-Driven Continuum Robots using Clarke Transform", arXiv 2503.20693 (formulas not
+read; derived here): shifting leaves the manifold force alone, clipping does not.
 """
 
 from __future__ import annotations
