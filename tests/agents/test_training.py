@@ -24,7 +24,7 @@ from agents.evaluation import (
 )
 from agents.play import play
 from agents.sb3_vec_env import Sb3VecEnv
-from agents.training import make_training_env, train
+from agents.training import make_model, make_training_env, train
 
 ID = "clarke_gym/Reach-v0"
 TINY = {
@@ -165,6 +165,17 @@ def test_held_out_goals_are_fixed_disjoint_and_leave_training_untouched():
     assert torch.equal(torch_state, torch.get_rng_state())
     assert HELD_OUT_SEED > TRAINING_SEED_LIMIT
     assert first["is_success"].shape == (60,)
+
+
+def test_runs_of_different_seeds_share_no_training_episode():
+    ranges = []
+    for seed in (0, 1, 9_999):
+        settings = config(seed=seed)
+        env = make_training_env(settings)
+        make_model(settings, env)
+        ranges.append(set(env._seeds))
+        assert max(env._seeds) < TRAINING_SEED_LIMIT
+    assert len(set.union(*ranges)) == 3 * settings.env.num_envs
 
 
 def test_ppo_learns_and_the_command_line_evaluates_it(tmp_path):

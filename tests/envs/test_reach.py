@@ -47,6 +47,18 @@ def test_reward_terms_add_up_and_error_is_the_distance():
     assert info["tip_error_percent"] == pytest.approx(100 * distance / 0.4, abs=1e-4)
 
 
+@pytest.mark.parametrize("tolerance", [0.01, 0.02, 0.3])
+def test_success_means_within_the_tolerance(tolerance):
+    envs = gym.make_vec(ID, num_envs=200, success_tolerance=tolerance, random_start=False)
+    rng = np.random.default_rng(0)
+    goals = np.array([0.0, 0.0, 0.2]) + rng.normal(size=(200, 3)) * 0.2 * tolerance
+    envs.reset(seed=0, options={"goal": goals})
+    info = envs.step(np.zeros(envs.action_space.shape, np.float32))[4]
+    expected = np.linalg.norm(goals - [0.0, 0.0, 0.2], axis=1) <= 0.2 * tolerance
+    assert 0.05 < expected.mean() < 0.95
+    np.testing.assert_array_equal(info["is_success"], expected)
+
+
 def test_sparse_reward_is_zero_on_success_only():
     env = gym.make(ID, reward="sparse", random_start=False)
     env.reset(seed=0, options={"goal": [0.0, 0.0, 0.2]})

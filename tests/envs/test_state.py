@@ -6,6 +6,9 @@ import pickle
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.utils import seeding
+
+from clarke_gym.envs.uniforms import BLOCK, UniformStreams
 
 ID = "clarke_gym/Reach-v0"
 
@@ -63,3 +66,17 @@ def test_scalar_state_moves_to_another_environment():
     action = np.array([0.3, -0.2, 0.9, 0.1])
     np.testing.assert_array_equal(source.step(action)[0], target.step(action)[0])
     np.testing.assert_array_equal(source.reset()[0], target.reset()[0])
+
+
+def test_streams_give_the_numbers_of_their_own_generators_in_order():
+    streams = UniformStreams(3, 4)
+    for index, seed in enumerate((5, 6, 7)):
+        streams.seed(index, seed)
+    expected = {i: seeding.np_random(5 + i)[0].random((3 * BLOCK, 4)) for i in range(3)}
+    taken = dict.fromkeys(range(3), 0)
+    rng = np.random.default_rng(0)
+    for _ in range(2 * BLOCK):
+        rows = np.flatnonzero(rng.random(3) < 0.6)
+        for row, numbers in zip(rows, streams.draw(rows), strict=True):
+            np.testing.assert_array_equal(numbers, expected[int(row)][taken[int(row)]])
+            taken[int(row)] += 1
