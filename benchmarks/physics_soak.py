@@ -1,4 +1,4 @@
-"""Random control of the MuJoCo physics until something breaks: how many steps diverge?
+"""Random control of the MuJoCo physics: count the steps that diverge, and any that hide it.
 
 python -m benchmarks.physics_soak [--steps 10000000] [--sim-dt 0.005] [--out docs/validation]
 """
