@@ -14,7 +14,8 @@ from mujoco.batch import Batch
 from benchmarks.validation.common import Row, reference, save
 from benchmarks.validation.rod import RODS, TO_Z_UP, Load, RodSpec, equilibrium, rod_chain
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.mjcf import MIN_DAMPING_TIME_S, PROFILES
+from clarke_gym.physics.links import MIN_DAMPING_TIME_S
+from clarke_gym.physics.mjcf import PROFILES
 from clarke_gym.physics.mujoco import substeps
 
 SAMPLE_S = 5e-3

@@ -12,7 +12,8 @@ from mujoco.batch import Batch
 
 from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.engine import quiet_engine
-from clarke_gym.physics.mjcf import Chain, Profile, build_chain
+from clarke_gym.physics.links import Chain
+from clarke_gym.physics.mjcf import Profile, build_chain
 from clarke_gym.robots import Robot, Segment
 
 RELAXATION_S = 0.1  # damping time of the relaxation to equilibrium, not of any material

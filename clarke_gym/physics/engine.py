@@ -11,7 +11,7 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.mjcf import Chain
+from clarke_gym.physics.links import Chain
 
 _POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 _VELOCITIES = int(mujoco.mjtStage.mjSTAGE_VEL)
