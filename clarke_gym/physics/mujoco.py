@@ -229,13 +229,7 @@ class MujocoPhysics:
         before = engine.qpos.copy(), engine.qvel.copy()
         rows = np.flatnonzero(~self._diverged) if self._diverged.any() else None
         if engine.chain.folded:
-            lengths = (
-                self._springs.folded_lengths(start.clarke),
-                self._springs.folded_lengths(end.clarke),
-            )
-            failed, record = engine.run(rows, *lengths, self._substeps, self._watch_slack)
-            if record is not None:
-                self._repeat_slack(rows, start, end, lengths, record, before, failed)
+            failed = self._step_folded(rows, start, end, before)
         else:
             failed, _ = engine.run(rows, *self._targets(start, end), self._substeps, False)
         # One look at all rows is enough as long as nothing is wrong; nan fails the comparison.
@@ -274,34 +268,64 @@ class MujocoPhysics:
         new = zero if target.off_manifold is None else target.off_manifold
         return Drives(clarke, old + gain * (new - old))
 
-    def _repeat_slack(
+    def _step_folded(
         self,
         rows: NDArray[np.intp] | None,
         start: Drives,
         end: Drives,
-        lengths: tuple[FloatArray, FloatArray],
-        record: FloatArray,
+        before: tuple[FloatArray, FloatArray],
+    ) -> NDArray[np.bool_]:
+        """Run folded tendons for taut robots, all tendons for the others; return failures."""
+        springs, engine = self._springs, self._engine
+        first, last = springs.folded_lengths(start.clarke), springs.folded_lengths(end.clarke)
+        if not self._watch_slack:
+            return engine.run(rows, first, last, self._substeps, False)[0]
+        failed = np.zeros(self.num_envs, dtype=bool)
+        if start.off_manifold is not None:
+            # A robot that starts slack need not be tried with folded tendons first.
+            loose = springs.slack(start, start, first[:, None], self._folded_length()[:, None])
+            loose &= ~self._diverged
+            if loose.any():
+                self._step_whole(np.flatnonzero(loose), start, end, before, failed)
+                rows = np.flatnonzero(~(loose | self._diverged))
+                if not rows.size:
+                    return failed
+        given_up, record = engine.run(rows, first, last, self._substeps, True)
+        assert record is not None  # as asked for
+        failed |= given_up
+        record[:, :-1] = record[:, 1:]  # lengths at the end of every step
+        if rows is None:
+            record[:, -1] = self._folded_length()
+        else:
+            record[:, -1] = self._folded_length()[rows]
+            first, last = first[rows], last[rows]
+        drives = (start, end) if rows is None else (start.rows(rows), end.rows(rows))
+        ramp = first[:, None] + self._ramp * (last - first)[:, None]
+        slack = springs.slack(*drives, ramp, record)
+        if slack.any():
+            again = np.flatnonzero(slack) if rows is None else rows[slack]
+            self._step_whole(again, start, end, before, failed)
+        return failed
+
+    def _folded_length(self) -> FloatArray:
+        """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
+        return self._springs.folded_change(map_rows(self._engine.qpos, self._to_clarke))
+
+    def _step_whole(
+        self,
+        rows: NDArray[np.intp],
+        start: Drives,
+        end: Drives,
         before: tuple[FloatArray, FloatArray],
         failed: NDArray[np.bool_],
     ) -> None:
-        """Repeat the control step with all tendons for robots that had a slack one."""
-        (first, last), reached, drives = lengths, self._engine.qpos, (start, end)
-        if rows is not None:
-            first, last, reached = first[rows], last[rows], reached[rows]
-            drives = (start.rows(rows), end.rows(rows))
-        record[:, :-1] = record[:, 1:]  # lengths at the end of every step
-        record[:, -1] = self._springs.folded_change(map_rows(reached, self._to_clarke))
-        ramp = first[:, None] + self._ramp * (last - first)[:, None]
-        slack = self._springs.slack(*drives, ramp, record)
-        if not slack.any():
-            return
-        again = np.flatnonzero(slack) if rows is None else rows[slack]
-        whole = self._whole
-        whole.qpos[again], whole.qvel[again] = before[0][again], before[1][again]
+        """Run the control step of the robots `rows` with all their tendons."""
+        whole, engine = self._whole, self._engine
+        whole.qpos[rows], whole.qvel[rows] = before[0][rows], before[1][rows]
         targets = self._springs.lengths(start), self._springs.lengths(end)
-        refailed, _ = whole.run(again, *targets, self._substeps, False)
-        self._engine.qpos[again], self._engine.qvel[again] = whole.qpos[again], whole.qvel[again]
-        failed[again] = refailed[again]
+        given_up, _ = whole.run(rows, *targets, self._substeps, False)
+        engine.qpos[rows], engine.qvel[rows] = whole.qpos[rows], whole.qvel[rows]
+        failed[rows] = given_up[rows]
 
     def _refresh(self) -> None:
         self._engine.refresh()
