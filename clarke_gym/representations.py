@@ -4,20 +4,22 @@ r"""The registry of representations: pairs of pure maps over the last axis of a 
 policy sees. Physics, limits, tasks and rewards never see a representation, so every arm of a
 comparison solves the same problem.
 
-=================  ====  ===================================================================
-name               k     coordinates of one segment with n tendons
-=================  ====  ===================================================================
-``raw``            n     the tendons' displacements themselves
-``raw_scaled``     n     raw times sqrt(n/2): isotropic noise then moves the tip as in Clarke
-``projected``      n     displacements, projected onto the manifold
-``clarke``         2     Clarke coordinates
-``rotated``        2     Clarke coordinates in axes turned by a fixed angle
-``two_tendon``     2     displacements of the two tendons closest to a right angle
-``random_basis``   2     a fixed basis of the manifold with condition number 10
-``arc_polar``      2     curvature and bending-plane angle: singular when straight
-``clarke_common``  3     Clarke coordinates and the common mode (co-contraction)
-``antagonistic``   2     half differences of opposite tendons; n = 4 only
-=================  ====  ===================================================================
+==================  ====  ==================================================================
+name                k     coordinates of one segment with n tendons
+==================  ====  ==================================================================
+``raw``             n     the tendons' displacements themselves
+``raw_scaled``      n     raw times sqrt(n/2): isotropic noise then moves the tip as in Clarke
+``projected``       n     displacements, projected onto the manifold
+``clarke``          2     Clarke coordinates
+``rotated``         2     Clarke coordinates in axes turned by a fixed angle
+``two_tendon``      2     displacements of the two tendons closest to a right angle
+``random_basis``    2     a fixed basis of the manifold with condition number 10
+``arc_polar``       2     curvature and bending-plane angle: singular when straight
+``clarke_common``   3     Clarke coordinates and the common mode (co-contraction)
+``antagonistic``    2     half differences of opposite tendons; n = 4 only
+published names     2     Clarke in the axes of `clarke_gym.parametrisations`, e.g.
+                          ``della_santina_2020``, ``allen_2020``: limits set the scale
+==================  ====  ==================================================================
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.robots import Robot, Segment, block_diagonal
 
 ROTATION_RAD = 0.7
@@ -102,6 +105,10 @@ def _antagonistic(segment: Segment) -> _LinearMaps:
     return pairs, 0.5 * pairs.T
 
 
+def _published(parametrisation: Parametrisation) -> Callable[[Segment], _LinearMaps]:
+    return lambda segment: _on_manifold(segment, parametrisation.matrix.T)
+
+
 _LINEAR: dict[str, Callable[[Segment], _LinearMaps]] = {
     "raw": _raw,
     "raw_scaled": _raw_scaled,
@@ -112,6 +119,7 @@ _LINEAR: dict[str, Callable[[Segment], _LinearMaps]] = {
     "random_basis": _random_basis,
     "clarke_common": _clarke_common,
     "antagonistic": _antagonistic,
+    **{name: _published(entry) for name, entry in PARAMETRISATIONS.items()},
 }
 
 
