@@ -1,0 +1,28 @@
+"""The documentation executes, and its pictures exist."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE = DOCS / "clarke_in_ten_minutes.md"
+
+
+def test_ten_minutes_executes():
+    pytest.importorskip("torch")
+    text = PAGE.read_text()
+    test = doctest.DocTestParser().get_doctest(
+        re.sub(r"^```.*$", "", text, flags=re.MULTILINE), {}, PAGE.name, str(PAGE), 0
+    )
+    assert len(test.examples) > 30
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    report: list[str] = []
+    runner.run(test, out=report.append)
+    assert runner.summarize(verbose=False).failed == 0, "".join(report)
+
+
+def test_every_picture_of_the_page_exists_and_every_picture_is_used():
+    pictures = set(re.findall(r"\]\((figures/[^)]+)\)", PAGE.read_text()))
+    assert pictures == {f"figures/{path.name}" for path in (DOCS / "figures").glob("*.png")}
