@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from clarke_gym import clarke
 
-N = st.integers(3, 32)
+N = st.integers(3, 64)
 REAL = st.floats(-1.0, 1.0, allow_nan=False, width=64)
 
 
@@ -116,7 +116,7 @@ def test_projection_splits_orthogonally_and_satisfies_kirchhoff(n, data):
     np.testing.assert_allclose(clarke.to_clarke(rho - onto), 0.0, atol=1e-14)
 
 
-@given(st.integers(4, 32))
+@given(st.integers(4, 64))
 def test_zero_sum_alone_does_not_define_the_manifold(n):
     rho = np.zeros(n)
     rho[[0, n // 2]] = 1.0, -1.0

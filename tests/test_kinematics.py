@@ -11,7 +11,7 @@ from scipy.stats import kstest
 
 from clarke_gym import kinematics
 
-ANGLES = [0.0, 1e-300, 1e-160, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 2.0, 3.0, 4.5, 6.0]
+ANGLES = [0.0, 1e-300, 1e-160, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 2.0, 3.0, 4.5, 6.0, 2 * np.pi]
 
 
 def twist_pose(bending, length):
@@ -52,12 +52,49 @@ def test_position_is_accurate_to_1e_14_relative(phi):
             assert float(abs(position[0] / lateral - 1)) < 1e-14
 
 
-def test_single_precision():
-    for phi in [0.0, 1e-30, 1e-4, 0.5, 3.0, 6.0]:
-        exact, _ = kinematics.segment_pose(np.array([phi, 0.0]), 1.0)
-        single, _ = kinematics.segment_pose(np.array([phi, 0.0], np.float32), 1.0)
-        assert single.dtype == np.float32
-        np.testing.assert_allclose(single, exact, atol=4e-7)
+@pytest.mark.parametrize("phi", ANGLES)
+def test_single_precision(phi):
+    bending = phi * np.array([np.cos(0.7), np.sin(0.7)])
+    exact = kinematics.segment_pose(bending.astype(np.float32).astype(np.float64), 1.0)
+    single = kinematics.segment_pose(bending.astype(np.float32), np.float64(1.0))
+    for want, got in zip(exact, single, strict=True):
+        assert got.dtype == np.float32
+        np.testing.assert_allclose(got, want, atol=1e-6)
+
+
+@given(st.floats(0.0, 2 * np.pi), st.floats(-3.2, 3.2), st.floats(0.01, 2.0))
+def test_random_arcs_equal_the_matrix_exponential(phi, theta, length):
+    bending = phi * np.array([np.cos(theta), np.sin(theta)])
+    position, quaternion = kinematics.segment_pose(bending, length)
+    expected = twist_pose(bending, length)
+    np.testing.assert_allclose(position, expected[:3, 3], atol=1e-13)
+    np.testing.assert_allclose(rotation(quaternion), expected[:3, :3], atol=1e-13)
+
+
+def test_lengths_may_differ_from_row_to_row():
+    rng = np.random.default_rng(0)
+    bending, lengths = rng.normal(size=(5, 2, 2)), rng.uniform(0.1, 0.3, (5, 2))
+    position, _ = kinematics.forward(bending, lengths)
+    curve = kinematics.backbone(bending, lengths, 4)
+    for row in range(5):
+        expected, _ = kinematics.forward(bending[row], lengths[row])
+        np.testing.assert_allclose(position[row], expected, atol=1e-16)
+        np.testing.assert_allclose(
+            curve[row], kinematics.backbone(bending[row], lengths[row], 4), atol=1e-16
+        )
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_precision_is_kept_whatever_describes_the_robot(dtype):
+    bending = np.full((3, 2, 2), 0.4, dtype)
+    lengths, radii = np.array([0.2, 0.1]), np.array([0.01, 0.008])
+    for array in (
+        *kinematics.forward(bending, lengths),
+        kinematics.backbone(bending, lengths),
+        kinematics.bending_to_clarke(bending, radii),
+        kinematics.clarke_to_bending(bending, radii),
+    ):
+        assert array.dtype == dtype
 
 
 @given(st.lists(st.tuples(st.floats(-2, 2), st.floats(-2, 2)), min_size=1, max_size=5))
