@@ -20,21 +20,21 @@ def vectors(n, batch=()):
 def test_matrices_follow_their_definition(n):
     psi = np.array([2 * np.pi * i / n for i in range(n)])
     expected = 2 / n * np.array([np.cos(psi), np.sin(psi)])
-    np.testing.assert_allclose(clarke.transform_matrix(n), expected, atol=1e-15)
-    np.testing.assert_allclose(clarke.joint_angles(n), psi, atol=1e-15)
+    np.testing.assert_allclose(clarke.transform_matrix(n), expected, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(clarke.joint_angles(n), psi, rtol=0, atol=1e-15)
 
 
 @given(N)
 def test_inverse_is_a_right_inverse_only(n):
     forward, inverse = clarke.transform_matrix(n), clarke.inverse_matrix(n)
-    np.testing.assert_allclose(forward @ inverse, np.eye(2), atol=1e-15)
+    np.testing.assert_allclose(forward @ inverse, np.eye(2), rtol=0, atol=1e-15)
     assert np.abs(inverse @ forward - np.eye(n)).max() > 0.05
 
 
 @given(N)
 def test_transpose(n):
     np.testing.assert_allclose(
-        clarke.transform_matrix(n).T, 2 / n * clarke.inverse_matrix(n), atol=1e-16
+        clarke.transform_matrix(n).T, 2 / n * clarke.inverse_matrix(n), rtol=0, atol=1e-16
     )
 
 
@@ -42,9 +42,9 @@ def test_transpose(n):
 def test_projector_is_toeplitz_idempotent_singular_and_symmetric(n, power):
     p = clarke.projector(n)
     i, j = np.indices((n, n))
-    np.testing.assert_allclose(p, 2 / n * np.cos(2 * np.pi * (i - j) / n), atol=1e-15)
-    np.testing.assert_allclose(np.linalg.matrix_power(p, power), p, atol=1e-14)
-    np.testing.assert_allclose(p, p.T, atol=1e-16)
+    np.testing.assert_allclose(p, 2 / n * np.cos(2 * np.pi * (i - j) / n), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.matrix_power(p, power), p, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(p, p.T, rtol=0, atol=1e-16)
     assert np.linalg.matrix_rank(p) == 2
     assert abs(np.linalg.det(p)) < 1e-12
 
@@ -53,7 +53,7 @@ def test_projector_is_toeplitz_idempotent_singular_and_symmetric(n, power):
 def test_bias_vanishes(n):
     result = clarke.to_clarke(np.ones(n))
     assert result.shape == (2,)
-    np.testing.assert_allclose(result, 0.0, atol=1e-15)
+    np.testing.assert_allclose(result, 0.0, rtol=0, atol=1e-15)
 
 
 @given(N, st.data())
@@ -63,7 +63,7 @@ def test_mode_selection_has_the_factor_that_the_sheet_omits(n, data):
     one_hot[k - 1] = 1.0
     angle = 2 * np.pi * (k - 1) / n
     expected = 2 / n * np.array([np.cos(angle), np.sin(angle)])
-    np.testing.assert_allclose(clarke.to_clarke(one_hot), expected, atol=1e-15)
+    np.testing.assert_allclose(clarke.to_clarke(one_hot), expected, rtol=0, atol=1e-15)
 
 
 @given(N, st.data())
@@ -71,11 +71,12 @@ def test_linearity(n, data):
     a, b = data.draw(vectors(n)), data.draw(vectors(n))
     c, d = data.draw(vectors(2)), data.draw(vectors(2))
     np.testing.assert_allclose(
-        clarke.to_clarke(a + b), clarke.to_clarke(a) + clarke.to_clarke(b), atol=1e-15
+        clarke.to_clarke(a + b), clarke.to_clarke(a) + clarke.to_clarke(b), rtol=0, atol=1e-15
     )
     np.testing.assert_allclose(
         clarke.from_clarke(c + d, n),
         clarke.from_clarke(c, n) + clarke.from_clarke(d, n),
+        rtol=0,
         atol=1e-15,
     )
 
@@ -84,36 +85,36 @@ def test_linearity(n, data):
 def test_sum_of_squares_for_any_displacement(n, data):
     rho = data.draw(vectors(n))
     bar, m = clarke.to_clarke(rho), clarke.transform_matrix(n)
-    np.testing.assert_allclose(bar @ bar, rho @ m.T @ m @ rho, atol=1e-14)
+    np.testing.assert_allclose(bar @ bar, rho @ m.T @ m @ rho, rtol=0, atol=1e-14)
 
 
 @given(N, st.data())
 def test_scaled_magnitude_holds_on_the_manifold(n, data):
     bar = data.draw(vectors(2))
     rho = clarke.from_clarke(bar, n)
-    np.testing.assert_allclose(bar @ bar, 2 / n * rho @ rho, atol=1e-14)
+    np.testing.assert_allclose(bar @ bar, 2 / n * rho @ rho, rtol=0, atol=1e-14)
 
 
 @given(N, st.floats(-10, 10))
 def test_unit_circle(n, alpha):
     rho = clarke.from_clarke(np.array([np.cos(alpha), np.sin(alpha)]), n)
-    np.testing.assert_allclose(rho, np.cos(clarke.joint_angles(n) - alpha), atol=1e-14)
+    np.testing.assert_allclose(rho, np.cos(clarke.joint_angles(n) - alpha), rtol=0, atol=1e-14)
 
 
 @given(N)
 def test_trigonometric_identities(n):
     s, c = np.sin(clarke.joint_angles(n)), np.cos(clarke.joint_angles(n))
     sums = [s.sum(), c.sum(), s @ c, s @ s - n / 2, c @ c - n / 2]
-    np.testing.assert_allclose(sums, 0.0, atol=1e-13)
+    np.testing.assert_allclose(sums, 0.0, rtol=0, atol=1e-13)
 
 
 @given(N, st.data())
 def test_projection_splits_orthogonally_and_satisfies_kirchhoff(n, data):
     rho = data.draw(vectors(n))
     onto = clarke.project(rho)
-    np.testing.assert_allclose(onto @ (rho - onto), 0.0, atol=1e-14)
-    np.testing.assert_allclose(onto.sum(), 0.0, atol=1e-14)
-    np.testing.assert_allclose(clarke.to_clarke(rho - onto), 0.0, atol=1e-14)
+    np.testing.assert_allclose(onto @ (rho - onto), 0.0, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(onto.sum(), 0.0, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(clarke.to_clarke(rho - onto), 0.0, rtol=0, atol=1e-14)
 
 
 @given(st.integers(4, 64))
@@ -129,7 +130,7 @@ def test_zero_sum_alone_does_not_define_the_manifold(n):
 
 def test_zero_sum_defines_the_manifold_for_three_tendons():
     rho = np.array([0.3, -0.1, -0.2])
-    np.testing.assert_allclose(clarke.project(rho), rho, atol=1e-16)
+    np.testing.assert_allclose(clarke.project(rho), rho, rtol=0, atol=1e-16)
 
 
 @given(N, st.data())
@@ -137,7 +138,7 @@ def test_batches_equal_rows(n, data):
     rho = data.draw(vectors(n, (3, 2)))
     batch = clarke.to_clarke(rho)
     assert batch.shape == (3, 2, 2)
-    np.testing.assert_allclose(batch[1, 1], clarke.to_clarke(rho[1, 1]), atol=1e-15)
+    np.testing.assert_allclose(batch[1, 1], clarke.to_clarke(rho[1, 1]), rtol=0, atol=1e-15)
 
 
 @given(
@@ -153,8 +154,8 @@ def test_any_layout_round_trips(angles, beta, pitch, seed):
     radii = np.random.default_rng(seed).uniform(0.5, 1.5, len(angles)) * pitch
     encoder, decoder = clarke.layout_matrices(angles, radii, pitch)
     rho = radii * (directions.T @ beta)  # the definition: d_i (beta . u_i)
-    np.testing.assert_allclose(decoder @ (pitch * beta), rho, atol=1e-15)
-    np.testing.assert_allclose(encoder @ rho, pitch * beta, atol=1e-9)
+    np.testing.assert_allclose(decoder @ (pitch * beta), rho, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(encoder @ rho, pitch * beta, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("bad", [2, 0, -3])

@@ -76,7 +76,7 @@ def test_saturation_keeps_limits_and_directions_and_does_not_touch_the_inside(n,
         np.testing.assert_array_equal(saturated[inside], rho_bar[inside])
         np.testing.assert_allclose(size(saturated)[~inside], 1.0, rtol=1e-12)
         cross = saturated[:, 0] * rho_bar[:, 1] - saturated[:, 1] * rho_bar[:, 0]
-        np.testing.assert_allclose(cross, 0.0, atol=1e-12)
+        np.testing.assert_allclose(cross, 0.0, rtol=0, atol=1e-12)
     assert (
         np.abs(clarke.from_clarke(manifold.saturate_circle(rho_bar, 1.0), n)) <= 1 + 1e-12
     ).all()
@@ -114,10 +114,10 @@ def test_motions_keep_all_limits_use_one_of_them_up_and_end_where_they_should(v,
         assert (np.abs(clarke.from_clarke(derivative, n)) <= limit * (1 + 1e-6)).all()
         peaks.append(np.linalg.norm(derivative, axis=1).max() / limit)
     assert 0.99 < max(peaks) <= 1 + 1e-6
-    np.testing.assert_allclose(motion.position(time[[0, -1]]), [start, goal], atol=1e-15)
-    np.testing.assert_allclose(motion.velocity(time[[0, -1]]), 0.0, atol=1e-12)
+    np.testing.assert_allclose(motion.position(time[[0, -1]]), [start, goal], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(motion.velocity(time[[0, -1]]), 0.0, rtol=0, atol=1e-12)
     outside = motion.position(np.array([-1.0, 1e9]))
-    np.testing.assert_allclose(outside, [start, goal], atol=1e-16)
+    np.testing.assert_allclose(outside, [start, goal], rtol=0, atol=1e-16)
 
 
 def test_derivatives_are_derivatives():
@@ -162,8 +162,8 @@ def test_bad_limits_are_refused():
 def test_shifting_keeps_the_manifold_force_and_is_as_small_as_possible(n, seed, minimum):
     force = np.random.default_rng(seed).normal(size=(4, 2)) * 5
     tensions = tension.distribute(force, n, minimum)
-    np.testing.assert_allclose(clarke.to_clarke(tensions), force, atol=1e-13)
-    np.testing.assert_allclose(tensions.min(axis=1), minimum, atol=1e-13)
+    np.testing.assert_allclose(clarke.to_clarke(tensions), force, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(tensions.min(axis=1), minimum, rtol=0, atol=1e-13)
     fine = tensions + 1.0
     np.testing.assert_array_equal(tension.shift(fine, minimum), fine)
 

@@ -40,7 +40,7 @@ def test_the_representation_makes_no_difference(name):
     kwargs = {"n_tendons": 4, "n_segments": 2, "goals": 20}
     plain = errors("clarke_controller", **kwargs)
     coded = errors("clarke_controller", representation=name, **kwargs)
-    np.testing.assert_allclose(coded, plain, atol=0.01)
+    np.testing.assert_allclose(coded, plain, rtol=0, atol=0.01)
 
 
 @pytest.mark.parametrize("control", ["increment", "absolute"])
@@ -104,8 +104,10 @@ def test_the_law_is_the_sheets_proportional_loop_on_the_manifold():
     robot = env.unwrapped.core.robot
     target = bending_to_clarke(controller._target, robot.pitch_radii)[0, 0]
     step = robot.max_tendon_speed_m_s * 0.05
-    np.testing.assert_allclose(robot.encoder @ action * step, 2.0 * 0.05 * target, atol=1e-9)
-    np.testing.assert_allclose(robot.decoder @ robot.encoder @ action, action, atol=1e-7)
+    np.testing.assert_allclose(
+        robot.encoder @ action * step, 2.0 * 0.05 * target, rtol=0, atol=1e-9
+    )
+    np.testing.assert_allclose(robot.decoder @ robot.encoder @ action, action, rtol=0, atol=1e-7)
 
 
 def test_observations_are_read_in_si_units():
@@ -113,9 +115,11 @@ def test_observations_are_read_in_si_units():
     observation, _ = env.reset(seed=4)
     now = ManifoldInterface(env).sense(observation)
     core = env.unwrapped.core
-    np.testing.assert_allclose(now.tip, core.physics.state.tip_position, atol=1e-7)
-    np.testing.assert_allclose(now.goal, core.goal, atol=1e-7)
-    np.testing.assert_allclose(now.displacement, core.physics.state.displacement.clarke, atol=1e-8)
+    np.testing.assert_allclose(now.tip, core.physics.state.tip_position, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(now.goal, core.goal, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        now.displacement, core.physics.state.displacement.clarke, rtol=0, atol=1e-8
+    )
 
 
 def test_mistakes_are_named():
