@@ -28,12 +28,13 @@ class Train:
 
 @dataclass
 class Evaluate:
-    """Evaluate a trained run, or the random agent, on the held-out goals."""
+    """Evaluate a trained run, or another agent on its environment, on the held-out goals."""
 
     run: Path
     """Run folder of a finished training."""
     agent: str = "policy"
-    """"policy" (the trained one) or "random" (uniform actions, the floor)."""
+    """policy (the trained one), random (uniform actions, the floor), or a classical controller:
+    clarke_controller, clarke_pid, clarke_model_only, resolved_rate."""
     goals: int = 100
     """Number of held-out goals."""
 

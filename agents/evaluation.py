@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.config import ConfigError, EnvSettings, TrainConfig, load_config
+from agents.controllers import CONTROLLERS, make_controller
 
 HELD_OUT_SEED = 2_000_000_000
 """First seed of the held-out episodes; training seeds stay below `TRAINING_SEED_LIMIT`."""
@@ -104,7 +105,7 @@ class RandomAgent:
         return self._rng.uniform(-1.0, 1.0, (rows, self._size)).astype(np.float32)
 
 
-AGENTS = ("policy", "random")
+AGENTS = ("policy", "random", *CONTROLLERS)
 
 
 def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent:
@@ -130,6 +131,8 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
     """
     if agent not in AGENTS:
         raise ValueError(f"agent must be one of {list(AGENTS)}, got {agent!r}")
+    if agent in CONTROLLERS:
+        return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
     from agents.training import ALGORITHMS  # loads torch

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from agents.bootstrap import Array, Interval
-from agents.house_style import FAINT, INK, Panel, house_style, log_axis, mark, steps_axis
+from agents.house_style import DASHED, FAINT, INK, Panel, house_style, log_axis, mark, steps_axis
 from agents.results import Arm
 from agents.statistics import curve_band, iqm, performance_profile
 from agents.summary import ALL_TASKS, Comparison, Summary
@@ -55,6 +55,19 @@ def learning_curves(summary: Summary, footer: str) -> bytes:
         for task, (top, low) in stacks:
             top.axhline(study.threshold, color=FAINT, lw=0.8, ls=":")
             errors: list[float] = []
+            if reference := study.references.get(task):
+                top.axhline(reference.success_rate, color=INK, lw=0.9, ls=DASHED)
+                low.axhline(reference.tip_error_mm, color=INK, lw=0.9, ls=DASHED)
+                low.annotate(
+                    "classical control",
+                    (1.0, reference.tip_error_mm),
+                    xycoords=("axes fraction", "data"),
+                    ha="right",
+                    va="bottom",
+                    fontsize=7,
+                    color=INK,
+                )
+                errors.append(reference.tip_error_mm)
             for arm in study.of_task(task):
                 _curves(top, summary, arm, study.success(arm))
                 tip = study.tip_error_mm(arm)

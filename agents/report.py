@@ -18,7 +18,8 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
     (
         "learning_curves",
         "Success rate and tip error over environment steps: IQM over seeds with pointwise 95 % "
-        "bootstrap band; a thin line for each seed shows the spread. Dotted: the threshold.",
+        "bootstrap band; a thin line for each seed shows the spread. Dotted: the threshold. "
+        "Dashed: classical control, the Clarke controller, on the same held-out goals.",
         plots.learning_curves,
     ),
     (

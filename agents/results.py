@@ -69,6 +69,15 @@ class Arm:
 
 
 @dataclass(frozen=True)
+class Reference:
+    """What classical control reaches on a task's held-out goals."""
+
+    agent: str
+    success_rate: float
+    tip_error_mm: float
+
+
+@dataclass(frozen=True)
 class Study:
     """A resolved study and its runs; `env_steps` (E,) is the grid all evaluations share."""
 
@@ -81,6 +90,7 @@ class Study:
     total_steps: int
     arms: tuple[Arm, ...]
     env_steps: NDArray[np.int64]
+    references: Mapping[str, Reference]
 
     @property
     def runs(self) -> list[Run]:
@@ -232,6 +242,16 @@ def _load_arm(entry: Any, folder: Path, where: str) -> Arm:
     )
 
 
+def _load_references(path: Path) -> dict[str, Reference]:
+    if not path.exists():
+        return {}
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))
+        return {task: Reference(**entry) for task, entry in entries.items()}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+
+
 def load_study(study_dir: Path) -> Study:
     """Load ``study.yaml`` and every run below it.
 
@@ -279,4 +299,5 @@ def load_study(study_dir: Path) -> Study:
         total_steps=_key(data, "total_steps", int, where),
         arms=arms,
         env_steps=grid,
+        references=_load_references(path.parent / "references.json"),
     )

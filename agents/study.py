@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from pathlib import Path
@@ -11,8 +12,13 @@ from tqdm import tqdm
 
 from agents import files
 from agents.config import StudyConfig
+from agents.controllers import make_controller
+from agents.evaluation import HeldOutEvaluation
 from agents.executors import Job, run_pool
 from agents.training import DONE
+
+REFERENCE = "clarke_controller"
+"""Classical control shown beside the learning curves; the same for every representation."""
 
 
 def run_folder(study: Path, arm: str, seed: int) -> Path:
@@ -26,6 +32,26 @@ def progress_bar(total: int) -> tqdm[Any]:
     return tqdm(
         total=total, unit="step", unit_scale=True, file=sys.stdout, mininterval=interval, ncols=100
     )
+
+
+def write_references(config: StudyConfig, folder: Path) -> None:
+    """Evaluate classical control on each task's held-out goals, once: a line in every figure."""
+    path = folder / "references.json"
+    if path.exists():
+        return
+    references = {}
+    for run, (_, _, task) in zip(config.runs(), config.arms(), strict=False):  # the first seed's
+        if task.label in references:
+            continue
+        evaluation = HeldOutEvaluation(run.env, run.evaluation.n_goals)
+        result = evaluation.run(make_controller(REFERENCE, evaluation.env))
+        evaluation.close()
+        references[task.label] = {
+            "agent": REFERENCE,
+            "success_rate": float(result["is_success"].mean()),
+            "tip_error_mm": 1e3 * float(result["tip_error_m"].mean()),
+        }
+    files.write_text(path, json.dumps(references, indent=2) + "\n")
 
 
 def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> int:
@@ -53,6 +79,7 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
     """
     with files.locked(folder):
         files.keep_or_write_yaml(folder / "study.yaml", config.resolved())
+        write_references(config, folder)
         jobs: list[Job] = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
         todo = [job for job in jobs if not (job[1] / DONE).exists()]
         if len(todo) < len(jobs):

@@ -1,6 +1,7 @@
 """The report: what it says follows from the data, and it holds for any shape of study."""
 
 import csv
+import json
 import re
 import shutil
 from html.parser import HTMLParser
@@ -12,7 +13,7 @@ from agents import plots
 from agents.bootstrap import Interval
 from agents.house_style import MARKS, mark
 from agents.report import write_report
-from agents.results import load_study
+from agents.results import ResultsError, load_study
 from agents.statistics import welch_p
 from agents.summary import Comparison, summarise
 from agents.survival import logrank_p
@@ -284,3 +285,16 @@ def test_failed_write_keeps_the_old_report(make_study, monkeypatch):
         report(folder)
     assert target.read_bytes() == before
     assert {path.name for path in target.parent.iterdir()} == FILES
+
+
+def test_classical_control_is_drawn_where_the_study_measured_it(make_study):
+    study = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}})
+    without = plots.learning_curves(summarise(load_study(study), reps=50, seed=0), "")
+    entry = {"agent": "clarke_controller", "success_rate": 0.5, "tip_error_mm": 20.0}
+    (study / "references.json").write_text(json.dumps({"n = 3": entry}))
+    loaded = load_study(study)
+    assert loaded.references["n = 3"].tip_error_mm == 20.0
+    assert plots.learning_curves(summarise(loaded, reps=50, seed=0), "") != without
+    (study / "references.json").write_text("{")
+    with pytest.raises(ResultsError, match=r"references\.json"):
+        load_study(study)

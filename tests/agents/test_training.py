@@ -1,5 +1,6 @@
 """Training: determinism, the adapter, checkpoints, held-out evaluation, studies that die."""
 
+import json
 import os
 import signal
 import subprocess
@@ -194,6 +195,7 @@ def test_ppo_learns_and_the_command_line_evaluates_it(tmp_path):
     table = evaluate_run(tmp_path, "policy", 50)
     assert f"{evals['is_success'][-1].mean():8.3f}" in table
     assert "random" in evaluate_run(tmp_path, "random", 50)
+    assert "success rate          1.000" in evaluate_run(tmp_path, "clarke_controller", 50)
     with pytest.raises(ValueError, match=r"one of \['policy', 'random'"):
         evaluate_run(tmp_path, "oracle", 50)
     try:
@@ -244,6 +246,9 @@ def test_a_killed_study_completes_and_finished_runs_are_not_redone(tmp_path):
     assert f"{len(kept)} of 4 runs are finished and kept" in again.stdout
     assert len(list(out.glob("*/*/DONE"))) == 4
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    reference = json.loads((out / "references.json").read_text())["n = 3"]
+    assert reference["agent"] == "clarke_controller"
+    assert reference["success_rate"] == 1.0
     report = subprocess.run(
         [sys.executable, str(ROOT / "train.py"), "report", "--study", str(out)],
         capture_output=True,
