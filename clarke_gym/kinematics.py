@@ -136,7 +136,13 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
 
 
 def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out."""
+    """Do the same by components: S pairs in, S pairs out.
+
+    Examples
+    --------
+    >>> decoupled([(0.5, 0.0), (1.5, 0.0)], [0.5, 0.5])
+    [(1.0, 0.0), (2.0, 0.0)]
+    """
     sums = [(x / d, y / d) for (x, y), d in zip(pairs, pitch_radii, strict=True)]
     if len(sums) == 1:
         return sums
@@ -171,7 +177,13 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
 
 
 def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out."""
+    """Do the same by components: S pairs in, S pairs out.
+
+    Examples
+    --------
+    >>> coupled([(1.0, 0.0), (2.0, 0.0)], [0.5, 0.5])
+    [(0.5, 0.0), (1.5, 0.0)]
+    """
     sums = [pairs[0]]
     for x, y in pairs[1:]:
         sums.append((sums[-1][0] + x, sums[-1][1] + y))

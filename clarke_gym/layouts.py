@@ -138,6 +138,11 @@ class Layout:
         ------
         TypeError, ValueError
             If `rho` is not real or its last axis is not n.
+
+        Examples
+        --------
+        >>> Layout.symmetric(4, 0.01).to_clarke(np.array([1.0, 0.0, -1.0, 0.0])).round(6) + 0.0
+        array([1., 0.])
         """
         return self._last(rho, self.n, "rho") @ matrix_like(self.encoder.T, as_floating(rho, "rho"))
 
@@ -158,12 +163,23 @@ class Layout:
         ------
         TypeError, ValueError
             If `rho_bar` is not real or its last axis is not 2.
+
+        Examples
+        --------
+        >>> Layout([0.0, np.pi / 2, 4.0], 0.01).from_clarke(np.array([1.0, 2.0])).round(3)
+        array([ 1.   ,  2.   , -2.167])
         """
         rho_bar = self._last(rho_bar, 2, "rho_bar")
         return rho_bar @ matrix_like(self.decoder.T, rho_bar)
 
     def project(self, rho: Array) -> Array:
-        """Return the displacements of this layout's manifold nearest to `rho` (..., n)."""
+        """Return the displacements of this layout's manifold nearest to `rho`, both (..., n).
+
+        Examples
+        --------
+        >>> Layout.symmetric(3, 0.01).project(np.ones(3)).round(12) + 0.0
+        array([0., 0., 0.])
+        """
         return self.from_clarke(self.to_clarke(rho))
 
     def to_extensible(self, rho: Array, rest_length: Array | float) -> tuple[Array, Array]:
@@ -222,6 +238,11 @@ class Layout:
         ------
         TypeError, ValueError
             If `rho_bar` is not real or its last axis is not 2.
+
+        Examples
+        --------
+        >>> Layout.symmetric(3, 0.01).from_extensible(np.zeros(2), 0.21, 0.2).round(6)
+        array([-0.01, -0.01, -0.01])
         """
         rho = self.from_clarke(rho_bar)
         shorter = parameter(rest_length, rho) - parameter(length, rho)

@@ -52,6 +52,11 @@ class Parametrisation:
         True if its coordinates are angles [rad], Clarke over the pitch radius d; else lengths [m].
     status : str
         How far the definition was confirmed.
+
+    Examples
+    --------
+    >>> PARAMETRISATIONS["della_santina_2020"].from_clarke(np.array([0.01, 0.0]), 0.01)
+    array([0.01, 0.  ])
     """
 
     name: str

@@ -74,25 +74,49 @@ class SpaceChain:
     # --- actuator and joint ---------------------------------------------------------------------
 
     def f_dyn(self, motor_angles: Array) -> Array:
-        """Return the displacements rho [m] of motor angles [rad], both (..., N)."""
+        """Return the displacements rho [m] of motor angles [rad], both (..., N).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot(), 0.02).f_dyn(np.array([0.5, -0.25, -0.25]))
+        array([ 0.01 , -0.005, -0.005])
+        """
         angles = self._joints(motor_angles, "motor_angles")
         return angles * matrix_like(self._strokes, angles)
 
     def f_dyn_inverse(self, rho: Array) -> Array:
-        """Return the motor angles [rad] of displacements rho [m], both (..., N)."""
+        """Return the motor angles [rad] of displacements rho [m], both (..., N).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot(), 0.02).f_dyn_inverse(np.array([0.01, -0.005, -0.005]))
+        array([ 0.5 , -0.25, -0.25])
+        """
         rho = self._joints(rho, "rho")
         return rho / matrix_like(self._strokes, rho)
 
     # --- joint and Clarke -----------------------------------------------------------------------
 
     def to_clarke(self, rho: Array) -> Array:
-        """Return the Clarke coordinates [m] (..., S, 2) of displacements [m] (..., N)."""
+        """Return the Clarke coordinates [m] (..., S, 2) of displacements [m] (..., N).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).to_clarke(np.array([0.01, -0.005, -0.005])).round(6) + 0.0
+        array([[0.01, 0.  ]])
+        """
         rho = self._joints(rho, "rho")
         clarke = rho @ matrix_like(self.robot.encoder.T, rho)
         return clarke.reshape(*clarke.shape[:-1], self.robot.n_segments, 2)
 
     def from_clarke(self, clarke: Array) -> Array:
-        """Return the displacements [m] (..., N) of Clarke coordinates [m] (..., S, 2)."""
+        """Return the displacements [m] (..., N) of Clarke coordinates [m] (..., S, 2).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).from_clarke(np.array([[0.01, 0.0]])).round(6)
+        array([ 0.01 , -0.005, -0.005])
+        """
         clarke = kinematics.check_pairs(clarke, self.robot.lengths, "clarke")
         flat = clarke.reshape(*clarke.shape[:-2], 2 * self.robot.n_segments)
         return flat @ matrix_like(self.robot.decoder.T, flat)
@@ -100,28 +124,59 @@ class SpaceChain:
     # --- Clarke and arc -------------------------------------------------------------------------
 
     def clarke_to_arc(self, clarke: Array) -> Array:
-        """Return curvature vectors kappa (cos theta, sin theta) [1/m] of Clarke coordinates."""
+        """Return curvature vectors kappa (cos theta, sin theta) [1/m] of Clarke coordinates.
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).clarke_to_arc(np.array([[0.01, 0.0]]))
+        array([[5., 0.]])
+        """
         bending = kinematics.clarke_to_bending(clarke, self.robot.pitch_radii)
         return bending / self._lengths_like(bending)
 
     def arc_to_clarke(self, curvature: Array) -> Array:
-        """Return Clarke coordinates [m] of curvature vectors [1/m], both (..., S, 2)."""
+        """Return Clarke coordinates [m] of curvature vectors [1/m], both (..., S, 2).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).arc_to_clarke(np.array([[5.0, 0.0]]))
+        array([[0.01, 0.  ]])
+        """
         return kinematics.bending_to_clarke(self._bending(curvature), self.robot.pitch_radii)
 
     # --- joint and arc --------------------------------------------------------------------------
 
     def f_dep(self, rho: Array) -> Array:
-        """Return the robot-dependent mapping: displacements (..., N) to curvature (..., S, 2)."""
+        """Return the robot-dependent mapping: displacements (..., N) to curvature (..., S, 2).
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).f_dep(np.array([0.01, -0.005, -0.005])).round(6) + 0.0
+        array([[5., 0.]])
+        """
         return self.clarke_to_arc(self.to_clarke(rho))
 
     def f_dep_inverse(self, curvature: Array) -> Array:
-        """Return the displacements [m] (..., N) on the manifold of curvature vectors [1/m]."""
+        """Return the displacements [m] (..., N) on the manifold of curvature vectors [1/m].
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).f_dep_inverse(np.array([[5.0, 0.0]])).round(6)
+        array([ 0.01 , -0.005, -0.005])
+        """
         return self.from_clarke(self.arc_to_clarke(curvature))
 
     # --- arc and pose ---------------------------------------------------------------------------
 
     def f_ind(self, curvature: Array) -> tuple[Array, Array]:
-        """Return the robot-independent mapping: tip position [m] and quaternion (w, x, y, z)."""
+        """Return the robot-independent mapping: tip position [m] and quaternion (w, x, y, z).
+
+        Examples
+        --------
+        >>> position, quaternion = SpaceChain(Robot()).f_ind(np.zeros((1, 2)))
+        >>> position
+        array([0. , 0. , 0.2])
+        """
         return kinematics.forward(self._bending(curvature), self.robot.lengths)
 
     def f_ind_inverse(
@@ -146,6 +201,11 @@ class SpaceChain:
         ValueError
             If the tip cannot be brought within 1e-6 of the robot's length; the message says how
             near.
+
+        Examples
+        --------
+        >>> SpaceChain(Robot()).f_ind_inverse(np.array([0.0, 0.0, 0.2]))
+        array([[0., 0.]])
         """
         if self.robot.n_segments == 1:
             bending, gap = segment_inverse(position, self.robot.length_m)

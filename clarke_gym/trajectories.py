@@ -117,6 +117,12 @@ class Trajectory:
         TypeError, ValueError
             If the arrays are not real, their last axes are not equal and even, or a limit is
             impossible.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> Trajectory.between(np.zeros(2), np.array([0.0, 0.01]), max_speed=0.01).duration
+        np.float64(1.875)
         """
         start, goal = as_floating(start, "start"), as_floating(goal, "goal")
         if goal.ndim == 0 or goal.shape[-1] % 2 or start.shape[-1:] != goal.shape[-1:]:
@@ -137,19 +143,50 @@ class Trajectory:
 
         `time` has the shape (...) of the batch, or any shape for a single motion; so do the
         derivatives below.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> motion = Trajectory(np.zeros(2), np.array([0.01, 0.0]), np.float64(1.0))
+        >>> motion.position(0.5)
+        array([0.005, 0.   ])
         """
         return self.start + self._along(time, (10.0, -15.0, 6.0), 3, 0)
 
     def velocity(self, time: Array) -> Array:
-        """Return the velocity [m/s] at times [s]."""
+        """Return the velocity [m/s] at times [s].
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> motion = Trajectory(np.zeros(2), np.array([0.01, 0.0]), np.float64(1.0))
+        >>> motion.velocity(0.5)
+        array([0.01875, 0.     ])
+        """
         return self._along(time, (30.0, -60.0, 30.0), 2, 1)
 
     def acceleration(self, time: Array) -> Array:
-        """Return the acceleration [m/s^2] at times [s]."""
+        """Return the acceleration [m/s^2] at times [s].
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> motion = Trajectory(np.zeros(2), np.array([0.01, 0.0]), np.float64(1.0))
+        >>> motion.acceleration(0.5)
+        array([0., 0.])
+        """
         return self._along(time, (60.0, -180.0, 120.0), 1, 2)
 
     def jerk(self, time: Array) -> Array:
-        """Return the jerk [m/s^3] at times [s]."""
+        """Return the jerk [m/s^3] at times [s].
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> motion = Trajectory(np.zeros(2), np.array([0.01, 0.0]), np.float64(1.0))
+        >>> motion.jerk(0.5)
+        array([-0.3, -0. ])
+        """
         return self._along(time, (60.0, -360.0, 360.0), 0, 3)
 
     def _along(
