@@ -26,6 +26,11 @@ from clarke_gym._arrays import (
     parameters,
 )
 from clarke_gym.arc_functions import half_angle_functions as half_angle_functions
+from clarke_gym.coupling import bending_to_clarke as bending_to_clarke
+from clarke_gym.coupling import check_pairs as check_pairs
+from clarke_gym.coupling import clarke_to_bending as clarke_to_bending
+from clarke_gym.coupling import coupled as coupled
+from clarke_gym.coupling import decoupled as decoupled
 from clarke_gym.dome import dome_density as dome_density
 from clarke_gym.dome import sample_dome as sample_dome
 from clarke_gym.quaternions import Components as Components
@@ -103,103 +108,6 @@ def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
     length = parameter(length, bending)
     position, quaternion = arc_pose(bending[..., 0], bending[..., 1], length)
     return xp.stack(position, -1), xp.stack(quaternion, -1)
-
-
-def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
-    """Return the segments' own bending vectors from the Clarke coordinates of their tendons.
-
-    Tendons of a distal segment pass through the proximal ones, so that
-    rho_bar_j = d_j (beta_1 + ... + beta_j) and beta_j = rho_bar_j / d_j - rho_bar_i / d_i, i = j-1.
-
-    Parameters
-    ----------
-    clarke : array, shape (..., S, 2)
-        Clarke coordinates of each segment's tendons [m].
-    pitch_radii : array, shape (S,)
-        Nominal pitch radii d_j [m].
-
-    Returns
-    -------
-    array, shape (..., S, 2)
-        Bending vectors [rad].
-
-    Examples
-    --------
-    >>> clarke = np.array([[0.01, 0.0], [0.03, 0.0]])
-    >>> clarke_to_bending(clarke, np.array([0.01, 0.01]))[:, 0]
-    array([1., 2.])
-    """
-    clarke = check_pairs(clarke, pitch_radii, "clarke")
-    xp, radii = namespace(clarke), parameters(pitch_radii, clarke)
-    pairs = [split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, radii)], -2)
-
-
-def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out.
-
-    Examples
-    --------
-    >>> decoupled([(0.5, 0.0), (1.5, 0.0)], [0.5, 0.5])
-    [(1.0, 0.0), (2.0, 0.0)]
-    """
-    sums = [(x / d, y / d) for (x, y), d in zip(pairs, pitch_radii, strict=True)]
-    if len(sums) == 1:
-        return sums
-    steps = zip(sums[1:], sums[:-1], strict=True)
-    return [sums[0], *((x - a, y - b) for (x, y), (a, b) in steps)]
-
-
-def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
-    """Return the Clarke coordinates of the segments' tendons from their bending vectors.
-
-    Parameters
-    ----------
-    bending : array, shape (..., S, 2)
-        Bending vectors [rad].
-    pitch_radii : array, shape (S,)
-        Nominal pitch radii d_j [m].
-
-    Returns
-    -------
-    array, shape (..., S, 2)
-        Clarke coordinates [m], the inverse of `clarke_to_bending`.
-
-    Examples
-    --------
-    >>> bending_to_clarke(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([0.01, 0.01]))[:, 0]
-    array([0.01, 0.03])
-    """
-    bending = check_pairs(bending, pitch_radii, "bending")
-    xp, radii = namespace(bending), parameters(pitch_radii, bending)
-    pairs = [split(bending[..., k, :]) for k in range(bending.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, radii)], -2)
-
-
-def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out.
-
-    Examples
-    --------
-    >>> coupled([(1.0, 0.0), (2.0, 0.0)], [0.5, 0.5])
-    [(0.5, 0.0), (1.5, 0.0)]
-    """
-    sums = [pairs[0]]
-    for x, y in pairs[1:]:
-        sums.append((sums[-1][0] + x, sums[-1][1] + y))
-    return [(x * d, y * d) for (x, y), d in zip(sums, pitch_radii, strict=True)]
-
-
-def check_pairs(pairs: Array, per_segment: Array, name: str) -> Array:
-    """Return `pairs` as a floating array (..., S, 2) with S numbers in `per_segment`."""
-    pairs = as_floating(pairs, name)
-    count = getattr(per_segment, "shape", (len(per_segment),))[-1]
-    if pairs.ndim < 2 or pairs.shape[-2:] != (count, 2):
-        raise ValueError(
-            f"{name} must have the shape (..., {count}, 2) for {count} segments, "
-            f"got {tuple(pairs.shape)}"
-        )
-    return pairs
 
 
 def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Array]]:
