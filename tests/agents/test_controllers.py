@@ -8,11 +8,11 @@ from agents.config import EnvSettings
 from agents.controllers import (
     CONTROLLERS,
     Gains,
-    ManifoldInterface,
     TipController,
     make_controller,
 )
 from agents.evaluation import HeldOutEvaluation
+from agents.manifold_interface import ManifoldInterface
 from clarke_gym.kinematics import bending_to_clarke
 from clarke_gym.representations import representation_names
 
