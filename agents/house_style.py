@@ -50,6 +50,7 @@ DASHED, DOTTED, DASHDOT, LONG = (0, (5, 2)), (0, (1, 1.3)), (0, (5, 2, 1, 2)), (
 # marker differ as well, so nothing rests on colour alone.
 MARKS = {
     "raw": Mark("#D55E00", "-", "s"),
+    "raw_scaled": Mark("#A6611A", LONG, "d"),
     "clarke": Mark("#0072B2", "-", "o"),
     "projected": Mark("#E69F00", DASHED, "D"),
     "rotated": Mark("#56B4E9", DASHED, "^"),

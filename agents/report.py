@@ -9,7 +9,14 @@ from agents.files import write_bytes
 from agents.report_html import Picture, page
 from agents.results import load_study
 from agents.summary import Summary, summarise
-from agents.tables import arm_table, comparison_table, csv_text, markdown
+from agents.tables import (
+    arm_table,
+    comparison_table,
+    csv_text,
+    curves_csv,
+    markdown,
+    runs_csv,
+)
 from agents.wording import answer, footer, reporting_block, warnings
 
 Draw = Callable[[Summary, str], bytes | None]
@@ -73,7 +80,10 @@ def _markdown(summary: Summary) -> str:
 def write_report(
     study_dir: Path, out_dir: Path | None = None, *, reps: int = REPS, seed: int = 0
 ) -> Path:
-    """Write ``report.html``, the figures as PNG, ``table.csv`` and ``table.md``.
+    """Write ``report.html``, the figures as PNG, the tables, and the data behind them.
+
+    ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run
+    and ``runs.csv`` the manifests.
 
     The same runs give the same bytes. Files of an earlier report are replaced.
 
@@ -111,6 +121,8 @@ def write_report(
     for picture in pictures:
         write_bytes(out_dir / picture.file, picture.png)
     write_bytes(out_dir / "table.csv", csv_text(summary).encode())
+    write_bytes(out_dir / "curves.csv", curves_csv(summary.study).encode())
+    write_bytes(out_dir / "runs.csv", runs_csv(summary.study).encode())
     write_bytes(out_dir / "table.md", _markdown(summary).encode())
     target = out_dir / "report.html"  # last: a page promises that the rest is there
     write_bytes(target, page(summary, pictures).encode())

@@ -2,10 +2,12 @@
 
 import csv
 import io
+import json
 import math
 from collections.abc import Iterable
 
 from agents.bootstrap import Interval
+from agents.results import Study
 from agents.summary import ArmSummary, Summary
 from agents.wording import DASH, number, with_interval
 
@@ -102,3 +104,41 @@ def csv_text(summary: Summary) -> str:
     for record in records:
         writer.writerow({k: "" if v != v else v for k, v in record.items()})
     return buffer.getvalue()
+
+
+def _csv(heading: list[str], rows: Iterable[Iterable[object]]) -> str:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(heading)
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def curves_csv(study: Study) -> str:
+    """Every evaluation of every finished run: what the curves are drawn from."""
+    rows = (
+        (arm.task, arm.representation, run.seed, steps, f"{success:.6g}", f"{error:.6g}")
+        for arm in study.arms
+        for run, evals in arm.done
+        for steps, success, error in zip(
+            evals.env_steps,
+            evals.is_success.mean(axis=1),
+            1e3 * evals.tip_error_m.mean(axis=1),
+            strict=True,
+        )
+    )
+    heading = ["task", "representation", "seed", "env_steps", "success_rate", "tip_error_mm"]
+    return _csv(heading, rows)
+
+
+def runs_csv(study: Study) -> str:
+    """Where every run comes from: its manifest in a row."""
+    keys = ["git_sha", "git_dirty", "python", "machine", "threads", "wall_s", "cpu_s"]
+    rows = (
+        [arm.task, arm.representation, run.seed, run.status]
+        + [run.manifest.get(key, "unknown") for key in keys]
+        + [json.dumps(run.manifest.get("packages", {}), sort_keys=True)]
+        for arm in study.arms
+        for run in arm.runs
+    )
+    return _csv(["task", "representation", "seed", "status", *keys, "packages"], rows)
