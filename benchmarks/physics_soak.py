@@ -15,7 +15,8 @@ import numpy as np
 from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.robots import Robot, make_robot
+from clarke_gym.presets import make_robot
+from clarke_gym.robots import Robot
 
 CONTROL_DT = 0.05
 BATCH = 256

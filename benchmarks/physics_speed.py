@@ -24,7 +24,8 @@ from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mjcf import PROFILES, build_chain
 from clarke_gym.physics.mujoco import MujocoPhysics, substeps
-from clarke_gym.robots import Robot, make_robot
+from clarke_gym.presets import make_robot
+from clarke_gym.robots import Robot
 
 BATCH = 64
 CONTROL_DT = 0.02

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from clarke_gym import kinematics
 from clarke_gym.parametrisations import PARAMETRISATIONS
+from clarke_gym.presets import make_robot
 from clarke_gym.representations import make_representation, representation_names
-from clarke_gym.robots import make_robot
 
 REAL = st.floats(-3.0, 3.0)
 

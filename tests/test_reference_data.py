@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import minimize
 
 from clarke_gym import kinematics
-from clarke_gym.robots import PRESETS, Robot, Segment
+from clarke_gym.presets import PRESETS
+from clarke_gym.robots import Robot, Segment
 from clarke_gym.statics import bending_from_disk_displacements, shape_from_tension
 
 REFERENCE = Path(__file__).resolve().parents[2] / "shared" / "reference"

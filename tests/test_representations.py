@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clarke_gym.presets import make_robot
 from clarke_gym.representations import (
     RANDOM_BASIS_CONDITION,
     make_representation,
     representation_names,
 )
-from clarke_gym.robots import Robot, Segment, make_robot
+from clarke_gym.robots import Robot, Segment
 
 
 def names_for(n):

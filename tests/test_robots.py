@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from clarke_gym.clarke import inverse_matrix, transform_matrix
-from clarke_gym.robots import PRESETS, Robot, Segment, make_robot
+from clarke_gym.presets import PRESETS, make_robot
+from clarke_gym.robots import Robot, Segment
 
 
 @pytest.mark.parametrize("n", [3, 7, 11])

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clarke_gym import kinematics
-from clarke_gym.robots import PRESETS, Robot, Segment, make_robot
+from clarke_gym.presets import PRESETS, make_robot
+from clarke_gym.robots import Robot, Segment
 from clarke_gym.spaces import SPACES, SpaceChain
 
 SEED = st.integers(0, 2**31)

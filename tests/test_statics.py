@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from clarke_gym import clarke, kinematics
-from clarke_gym.robots import PRESETS, Robot, Segment, make_robot
+from clarke_gym.presets import PRESETS, make_robot
+from clarke_gym.robots import Robot, Segment
 from clarke_gym.statics import (
     axial_stiffness,
     bending_from_disk_displacements,

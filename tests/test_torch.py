@@ -13,7 +13,7 @@ from clarke_gym.inverse import (
 from clarke_gym.jacobians import segment_jacobian, tip_jacobian
 from clarke_gym.joints import stroke_to_displacement
 from clarke_gym.layouts import Layout, map_design
-from clarke_gym.robots import PRESETS, make_robot
+from clarke_gym.presets import PRESETS, make_robot
 from clarke_gym.spaces import SpaceChain
 
 torch = pytest.importorskip("torch")

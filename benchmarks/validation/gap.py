@@ -12,7 +12,8 @@ from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.robots import PRESETS, Robot
+from clarke_gym.presets import PRESETS
+from clarke_gym.robots import Robot
 
 ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0])
 CASES = (  # gravity in the base frame [m/s^2], payload [kg]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from clarke_gym.robots import Robot, make_robot, require_positive
+from clarke_gym.presets import make_robot
+from clarke_gym.robots import Robot, require_positive
 
 CONTROLS = ("increment", "absolute")
 PHYSICS = ("constant_curvature", "mujoco")
@@ -27,13 +28,15 @@ class EnvConfig:
     task : str
         "reach".
     robot : str
-        A preset of `clarke_gym.robots.PRESETS`: "default", "two_segment", "hardware".
+        A name of `clarke_gym.presets.PRESETS`, e.g. "default", "two_segment", "hardware".
     n_tendons : int, optional
         Tendons of every segment, at least 3 (default: the preset's).
     n_segments : int, optional
         Number of equal segments (default: the preset's).
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         Dimensions of every segment (default: the preset's).
+    material : str, optional
+        Backbone material, a name of `clarke_gym.materials.MATERIALS` (default: the preset's).
     physics : str
         "constant_curvature" (taut tendons: off-manifold commands change nothing in the shape) or
         "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).
@@ -79,6 +82,7 @@ class EnvConfig:
     segment_length_m: float | None = None
     pitch_radius_m: float | None = None
     max_bending_rad: float | None = None
+    material: str | None = None
     physics: str = "constant_curvature"
     profile: str = "fast"
     sim_dt_s: float | None = None
@@ -127,6 +131,7 @@ class EnvConfig:
             segment_length_m=self.segment_length_m,
             pitch_radius_m=self.pitch_radius_m,
             max_bending_rad=self.max_bending_rad,
+            material=self.material,
         )
 
 

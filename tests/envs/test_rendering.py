@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from clarke_gym import kinematics, rendering
-from clarke_gym.robots import make_robot
+from clarke_gym.presets import make_robot
 
 ID = "clarke_gym/Reach-v0"
 PHYSICS = ["constant_curvature", "mujoco"]

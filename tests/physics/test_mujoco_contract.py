@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from clarke_gym.materials import MATERIALS
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.robots import MATERIALS, Segment, make_robot
+from clarke_gym.presets import make_robot
+from clarke_gym.robots import Segment
 
 from .conftest import CONTROL_DT, random_commands, robot_of
 
