@@ -148,7 +148,8 @@ class EnvCore:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         uniforms = self.streams.draw(rows)
         bending, sampled = self.task.sample(uniforms)
-        clarke = kinematics.bending_to_clarke(bending, self.robot.pitch_radii)
+        columns = [(bending[:, s, 0], bending[:, s, 1]) for s in range(self.robot.n_segments)]
+        clarke = JointVector(kinematics.coupled(columns, self.robot.pitch_radii)).clarke
         self.physics.reset(rows, clarke)
         self._command = replaced_rows(self._command, rows, clarke, self._scalar)
         self.goal[rows] = sampled if goal is None else goal

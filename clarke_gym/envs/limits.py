@@ -25,6 +25,10 @@ def saturate(x: Number, y: Number, limit: float) -> Pair:
 
 
 def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
+    if len(rows) == 1:  # a few numbers are compared faster as floats
+        values = rows[0].tolist()
+        top = max(max(values), -min(values))
+        return rows if top <= limit else rows * (limit / top)
     largest = np.maximum.reduce(np.abs(rows), axis=1, keepdims=True)
     if largest.max() <= limit:
         return rows
