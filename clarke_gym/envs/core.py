@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, from_components, map_components
 from clarke_gym.envs.config import EnvConfig
-from clarke_gym.envs.limits import CommandLimits
+from clarke_gym.envs.limits import CommandLimits, largest_magnitude
 from clarke_gym.envs.uniforms import UniformStreams
 from clarke_gym.physics.base import JointVector, Physics
 from clarke_gym.physics.constant_curvature import ConstantCurvature, replaced_rows
@@ -81,6 +81,7 @@ class EnvCore:
         self.config = config
         self.num_envs = num_envs
         self._scalar = scalar
+        self._goal_env = config.goal_env
         self._picture: Picture | None = None
         self.robot = robot = config.make_robot()
         self.physics = _make_physics(config, robot, num_envs, scalar)
@@ -95,6 +96,7 @@ class EnvCore:
         scale = np.repeat(robot.max_clarke, robot.n_tendons)
         self._assemble = self._assembly(robot.decoder / scale[:, None])
         self._off_manifold_scale = (1.0 / scale).astype(np.float32)
+        self._off_manifold_scales: list[float] = self._off_manifold_scale.tolist()
 
     def _assembly(self, decoder: FloatArray) -> NDArray[np.float32]:
         """Return the matrix that makes an observation of its parts in one product.
@@ -179,8 +181,8 @@ class EnvCore:
         if off is None:
             info["off_manifold_m"] = 0.0 if self._scalar else np.zeros(self.num_envs)
         else:
-            largest = np.maximum.reduce(np.abs(off), axis=1)
-            info["off_manifold_m"] = float(largest[0]) if self._scalar else largest
+            largest = largest_magnitude(off)
+            info["off_manifold_m"] = largest[0] if self._scalar else np.asarray(largest)
         info["diverged"] = bool(state.diverged[0]) if self._scalar else state.diverged.copy()
         return reward, info
 
@@ -189,19 +191,27 @@ class EnvCore:
         vectors = (self._command, self.physics.state.displacement)
         achieved, desired = self._achieved, self._desired_parts
         parts = [*vectors[0].flat(), *vectors[1].flat(), *achieved]
-        if not self.config.goal_env:
+        if not self._goal_env:
             parts += [*desired, *(b - a for a, b in zip(achieved, desired, strict=True))]
         observation = map_components(parts, self._assemble)
         joints = self.robot.n_joints
-        for block, vector in enumerate(vectors):
-            if vector.off_manifold is not None:
-                part = slice(block * joints, (block + 1) * joints)
-                observation[:, part] += vector.off_manifold * self._off_manifold_scale
+        offs = [vector.off_manifold for vector in vectors]
+        if self._scalar and any(off is not None for off in offs):
+            numbers = observation[0].tolist()
+            for block, off in enumerate(offs):
+                for k, number in enumerate([] if off is None else off[0].tolist()):
+                    numbers[block * joints + k] += number * self._off_manifold_scales[k]
+            observation = np.array([numbers], np.float32)
+        elif not self._scalar:
+            for block, off in enumerate(offs):
+                if off is not None:
+                    part = slice(block * joints, (block + 1) * joints)
+                    observation[:, part] += off * self._off_manifold_scale
         limit = self.physics.displacement_bound
         if limit > 1.0:
             blocks = observation[:, : len(vectors) * joints]
             np.clip(blocks, -limit, limit, out=blocks)
-        if not self.config.goal_env:
+        if not self._goal_env:
             return {"observation": observation}
         return {
             "observation": observation,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,12 +25,20 @@ def saturate(x: Number, y: Number, limit: float) -> Pair:
     return x * scale, y * scale
 
 
-def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
-    if len(rows) == 1:  # a few numbers are compared faster as floats
+def largest_magnitude(rows: FloatArray) -> Any:
+    """Return the largest magnitude in each row; the few numbers of one row as floats, faster."""
+    if len(rows) == 1:
         values = rows[0].tolist()
-        top = max(max(values), -min(values))
+        return [max(max(values), -min(values))]
+    magnitudes: FloatArray = np.maximum.reduce(np.abs(rows), axis=1)
+    return magnitudes
+
+
+def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
+    if len(rows) == 1:
+        top = largest_magnitude(rows)[0]
         return rows if top <= limit else rows * (limit / top)
-    largest = np.maximum.reduce(np.abs(rows), axis=1, keepdims=True)
+    largest = largest_magnitude(rows)[:, None]
     if largest.max() <= limit:
         return rows
     result: FloatArray = rows * (limit / np.maximum(largest, limit))
@@ -91,9 +100,16 @@ class CommandLimits:
         ValueError
             If a number is not finite.
         """
-        squares = np.einsum("bn,bn->b", action, action)
-        size = float(squares[0]) if self._scalar else squares
-        if not math.isfinite(size if self._scalar else squares.sum()):
+        size: Number
+        if self._scalar:
+            size = 0.0
+            for number in action[0].tolist():
+                size += number * number
+            finite = math.isfinite(size)
+        else:
+            size = np.einsum("bn,bn->b", action, action)
+            finite = math.isfinite(size.sum())
+        if not finite:
             raise ValueError(not_finite(action))
         flat = components(map_rows(action, self._encoder), self._scalar)
         coordinates = list(zip(flat[0::2], flat[1::2], strict=True))

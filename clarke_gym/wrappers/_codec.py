@@ -29,6 +29,7 @@ class ActionCodec:
     def __init__(self, core: EnvCore, name: str) -> None:
         self.representation = make_representation(name, core.robot)
         self._size = self.representation.size
+        self._decoder = self.representation.decoder.T
         self.space = spaces.Box(-1.0, 1.0, (self._size,), np.float32)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
@@ -43,6 +44,8 @@ class ActionCodec:
         one = array.ndim == 1
         if not (all(map(math.isfinite, array.tolist())) if one else np.isfinite(array).all()):
             raise ValueError(not_finite(array))
+        if one and not self.representation.polar:
+            return map_rows(array[None], self._decoder)[0]
         return self.representation.decode(array)
 
 
