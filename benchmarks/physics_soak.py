@@ -34,7 +34,7 @@ def commands(policy: str, robot: Robot, seed: int) -> Iterator[JointVector]:
     rng = np.random.default_rng(seed)
     shape = (BATCH, robot.n_segments, 2)
     limit = robot.max_clarke[:, None]
-    rate = (robot.tendon_speeds * CONTROL_DT)[:, None]
+    rate = robot.max_tendon_speed_m_s * CONTROL_DT
     clarke, off = np.zeros(shape), np.zeros((BATCH, robot.n_joints))
     held = rng.uniform(-1.0, 1.0, shape)
     for step in range(10**9):

@@ -166,8 +166,7 @@ class Robot:
     segments : tuple of Segment
         From base to tip, at least one.
     max_tendon_speed_m_s : float
-        Largest rate of a segment's own Clarke coordinates [m/s]; the speed limit of the tendons of
-        the first segment, see `tendon_speeds` for the others.
+        Largest rate of a segment's Clarke coordinates [m/s]; bounds each tendon's speed, too.
     max_cocontraction_m : float
         Largest displacement of any tendon off the manifold [m].
     actuator_time_constant_s : float
@@ -242,16 +241,6 @@ class Robot:
     def max_clarke(self) -> FloatArray:
         """Largest magnitude of each segment's tendons' Clarke coordinates [m], shape (S,)."""
         return self.pitch_radii * np.cumsum(self.max_bending)
-
-    @cached_property
-    def tendon_speeds(self) -> FloatArray:
-        """Speed limit of each segment's tendons [m/s], shape (S,).
-
-        Distal tendons also follow the bends of the segments that they pass, so they are as much
-        faster as their range is longer: all segments cross their range in the same time.
-        """
-        own = self.pitch_radii * self.max_bending
-        return self.max_tendon_speed_m_s * self.max_clarke / own
 
     @cached_property
     def encoder(self) -> FloatArray:

@@ -66,13 +66,11 @@ class CommandLimits:
         self._robot = robot
         self._absolute = control == "absolute"
         self._scalar = scalar
-        self._off_step = robot.max_tendon_speed_m_s * control_dt
+        self._step = robot.max_tendon_speed_m_s * control_dt
         self._encoder = robot.encoder.T.copy()
         self._radii = robot.pitch_radii.tolist()
         self._max_bending = robot.max_bending.tolist()
-        steps = robot.tendon_speeds * control_dt
-        self._steps = steps.tolist()
-        scales = robot.max_clarke if self._absolute else steps
+        scales = robot.max_clarke if self._absolute else np.full(robot.n_segments, self._step)
         self._scales = scales.tolist()
         residual = np.eye(robot.n_joints) - robot.decoder @ robot.encoder
         self._residual = (np.repeat(scales, robot.n_tendons)[:, None] * residual).T.copy()
@@ -116,12 +114,11 @@ class CommandLimits:
         flat = components(map_rows(action, self._encoder), self._scalar)
         coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
         pairs = []
-        rows = zip(coordinates, command.pairs, self._scales, self._steps, strict=True)
-        for (a, b), (x, y), scale, step in rows:
+        for (a, b), (x, y), scale in zip(coordinates, command.pairs, self._scales, strict=True):
             u, v = a * scale, b * scale
             if self._absolute:
                 u, v = u - x, v - y
-            u, v = saturate(u, v, step)
+            u, v = saturate(u, v, self._step)
             pairs.append((x + u, y + v))
         decoupled = kinematics.decoupled(pairs, self._radii)
         bends = [
@@ -159,5 +156,5 @@ class CommandLimits:
             change[~off_rows] = 0.0
         if self._absolute:
             change -= held
-        change = _saturate_rows(change, self._off_step)
+        change = _saturate_rows(change, self._step)
         return _saturate_rows(held + change, self._robot.max_cocontraction_m)
