@@ -118,17 +118,15 @@ class EnvCore:
         off = factor * self.robot.max_cocontraction_m * self._off_manifold_scale
         return factor, off.astype(np.float64)
 
-    def _task_bound(self) -> float:
-        return BOUND_MARGIN * self.physics.displacement_bound
-
     def observation_spaces(self) -> dict[str, spaces.Box]:
         """Return the space of each entry of one environment's observation."""
         manifold, off = self.joint_bounds()
         # A tendon nearer to the backbone than the pitch radius moves less: |row of D| <= 1 there.
         reach = manifold * np.linalg.norm(self.robot.decoder, axis=1) + off
         joint = np.tile(reach, len(JOINT_BLOCKS))
-        task = np.full(self.task.observation_size, self._task_bound())
-        goal = np.full(self.task.goal_size, self._task_bound())
+        # Positions are scaled by the length, which bounds them as the limits bound displacements.
+        task = np.full(self.task.observation_size, manifold)
+        goal = np.full(self.task.goal_size, manifold)
         parts = [joint, task] if self.config.goal_env else [joint, task, goal, 2.0 * goal]
         bounds = {
             "observation": np.concatenate(parts),
