@@ -43,12 +43,15 @@ class Gains:
     tip_memory_s : float
         The gap between tip and model, averaged over this time [s], corrects the target. A mean over
         a period of the arm's slowest swing does not feed that swing. 0 trusts the model.
+    speed_share : float
+        Share of the drives' speed that the loops use: full speed makes a long arm swing.
     """
 
-    proportional: float = 5.0
+    proportional: float = 4.0
     integral: float = 0.0
     derivative: float = 0.0
-    tip_memory_s: float = 0.5
+    tip_memory_s: float = 0.3
+    speed_share: float = 0.9
 
 
 class TipController:
@@ -85,7 +88,7 @@ class TipController:
         """Return actions (B, k) for a batch of observations, or (k,) for a single one."""
         now = self._interface.sense(observation)
         self._follow(now)
-        action = self._interface.act(self._command(now), now.command)
+        action = self._interface.act(self._command(now), now.command, self._gains.speed_share)
         single = not isinstance(observation, dict) and np.ndim(observation) == 1
         if isinstance(observation, dict):
             single = np.ndim(observation["observation"]) == 1

@@ -53,7 +53,7 @@ class ManifoldInterface:
             )
         self.robot = core.robot
         self.control_dt = core.config.control_dt
-        self.step_m = core.robot.max_tendon_speed_m_s * core.config.control_dt
+        self.step_m = (core.robot.tendon_speeds * core.config.control_dt)[:, None]
         self._absolute = core.config.control == "absolute"
         self._scale = np.repeat(core.robot.max_clarke, core.robot.n_tendons)
         self._action = _representation_of(env, "RepresentationAction", core)
@@ -75,14 +75,17 @@ class ManifoldInterface:
         length = self.robot.length_m
         return Sensed(pairs[0], pairs[1], rest[:, :3] * length, goal * length)
 
-    def act(self, target: FloatArray, held: FloatArray) -> NDArray[np.float32]:
+    def act(
+        self, target: FloatArray, held: FloatArray, speed_share: float = 1.0
+    ) -> NDArray[np.float32]:
         """Return actions that move the command from `held` towards `target`, both (B, S, 2) [m].
 
-        All segments slow down together, so that the command runs along a straight line.
+        All segments slow down together, so that the command runs along a straight line, at most at
+        `speed_share` of the drives' speed limits.
         """
         change = target - held
-        size = np.hypot(change[..., 0], change[..., 1]).max(axis=1)
-        change = change * (self.step_m / np.maximum(size, self.step_m))[:, None, None]
+        steps = np.hypot(change[..., 0], change[..., 1]) / (speed_share * self.step_m[:, 0])
+        change = change / np.maximum(steps.max(axis=1), 1.0)[:, None, None]
         if self._absolute:
             wanted = (held + change) / self.robot.max_clarke[:, None]
         else:

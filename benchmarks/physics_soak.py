@@ -1,4 +1,4 @@
-"""Random control of the MuJoCo physics: count the steps that diverge, and any that hide it.
+"""Random control of the MuJoCo environment: count the steps that diverge, and any that hide it.
 
 python -m benchmarks.physics_soak [--steps 10000000] [--sim-dt 0.005] [--out docs/validation]
 """
@@ -9,19 +9,17 @@ import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+import clarke_gym  # noqa: F401  (registers the environments)
 from agents.files import write_text
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.presets import make_robot
-from clarke_gym.robots import Robot
 
-CONTROL_DT = 0.05
 BATCH = 256
 EPISODE = 50
 SEGMENTS, COUNTS = (1, 2, 3), (3, 7, 16)
@@ -29,53 +27,52 @@ ROUNDS = 8
 POLICIES = ("raw", "clarke", "extreme", "constant", "alternating")
 
 
-def commands(policy: str, robot: Robot, seed: int) -> Iterator[JointVector]:
-    """Yield commands within the environment's limits for ever."""
+def actions(policy: str, size: int, seed: int) -> Iterator[FloatArray]:
+    """Yield batches of actions for ever: in Clarke coordinates for "clarke", raw otherwise."""
     rng = np.random.default_rng(seed)
-    shape = (BATCH, robot.n_segments, 2)
-    limit = robot.max_clarke[:, None]
-    rate = robot.max_tendon_speed_m_s * CONTROL_DT
-    clarke, off = np.zeros(shape), np.zeros((BATCH, robot.n_joints))
+    shape = (BATCH, size)
     held = rng.uniform(-1.0, 1.0, shape)
     for step in range(10**9):
         if step % EPISODE == 0:
             held = rng.uniform(-1.0, 1.0, shape)
-        if policy == "raw":
-            action = rng.uniform(-1.0, 1.0, (BATCH, robot.n_joints))
-            part = action @ robot.encoder.T
-            clarke = clarke + rate * part.reshape(shape)
-            off = off + 0.1 * robot.max_cocontraction_m * (action - part @ robot.decoder.T)
-            bound = np.abs(off).max(axis=1, keepdims=True) / robot.max_cocontraction_m
-            off = off / np.maximum(bound, 1.0)
-        elif policy == "clarke":
-            clarke = clarke + rate * rng.uniform(-1.0, 1.0, shape)
-        elif policy == "extreme":
-            clarke = clarke + rate * rng.choice([-1.0, 1.0], shape)
+        if policy == "extreme":
+            yield rng.choice([-1.0, 1.0], shape)
         elif policy == "constant":
-            clarke = clarke + rate * held
-        else:  # whole range back and forth, as fast as the drives may move
-            clarke = limit * np.where(step // 10 % 2, 1.0, -1.0) * np.sign(held)
-        clarke = clarke / np.maximum(np.linalg.norm(clarke, axis=-1, keepdims=True) / limit, 1.0)
-        yield JointVector.from_clarke(clarke, off if policy == "raw" else None)
+            yield held
+        elif policy == "alternating":  # from limit to limit, as fast as the drives may move
+            yield np.sign(held) * (1.0 if step // 10 % 2 else -1.0)
+        else:
+            yield rng.uniform(-1.0, 1.0, shape)
 
 
-def soak(robot: Robot, policy: str, steps: int, sim_dt: float | None, seed: int) -> FloatArray:
+def soak(
+    segments: int, n: int, policy: str, steps: int, sim_dt: float | None, seed: int
+) -> FloatArray:
     """Return how many steps ran, diverged, and showed a number that is not finite."""
-    physics = MujocoPhysics(robot, BATCH, CONTROL_DT, threads=2, sim_dt_s=sim_dt)
+    envs: Any = gym.make_vec(
+        "clarke_gym/Reach-v0",
+        num_envs=BATCH,
+        vectorization_mode="vector_entry_point",
+        n_segments=segments,
+        n_tendons=n,
+        physics="mujoco",
+        representation="clarke" if policy == "clarke" else "raw",
+        control="absolute" if policy == "alternating" else "increment",
+        sim_dt_s=sim_dt,
+    )
+    envs.reset(seed=seed * BATCH)
+    # A divergence is what ends an episode; the time limit gives a new shape and goal.
     ran = diverged = broken = 0
-    for command in commands(policy, robot, seed):
-        physics.step(command)
-        state = physics.state
+    for action in actions(policy, envs.single_action_space.shape[0], seed):
+        observation, reward, terminated, _, info = envs.step(action)
         ran += BATCH
-        diverged += int(state.diverged.sum())
-        tip, displacement = state.tip_position, state.displacement.clarke
-        broken += int((~np.isfinite(tip)).any() or (~np.isfinite(displacement)).any())
-        rows = np.flatnonzero(state.diverged)
-        if rows.size:
-            physics.reset(rows, command.clarke[rows])
+        diverged += int(info["diverged"].sum())
+        finite = np.isfinite(observation).all() and np.isfinite(reward).all()
+        broken += int(not (finite and np.array_equal(terminated, info["diverged"])))
         if ran >= steps:
+            envs.close()
             return np.array([ran, diverged, broken])
-    raise AssertionError("the commands never end")
+    raise AssertionError("the actions never end")
 
 
 def main() -> None:
@@ -87,13 +84,12 @@ def main() -> None:
     options = parser.parse_args()
     cases = [(s, n, policy) for s in SEGMENTS for n in COUNTS for policy in POLICIES]
     counts = np.zeros((len(cases), 3), dtype=int)
-    share = int(options.steps / len(cases) / ROUNDS)
+    share = int(np.ceil(options.steps / len(cases) / ROUNDS))
     with tqdm(total=ROUNDS * len(cases), unit="case", file=sys.stdout, mininterval=5.0) as bar:
         for turn in range(ROUNDS):  # an early end leaves every case with its share
-            for k, (s, n, policy) in enumerate(cases):
-                robot = make_robot(n_segments=s, n_tendons=n)
+            for k, case in enumerate(cases):
                 seed = turn * len(cases) + k
-                counts[k] += soak(robot, policy, share, options.sim_dt, seed).astype(int)
+                counts[k] += soak(*case, share, options.sim_dt, seed).astype(int)
                 bar.update()
             write_text(options.out / "physics_soak.md", table(cases, counts, options.sim_dt))
     print(table(cases, counts, options.sim_dt))
@@ -102,8 +98,8 @@ def main() -> None:
 def table(cases: list[tuple[int, int, str]], counts: NDArray[np.int_], dt: float | None) -> str:
     """Return the counts so far as a Markdown table."""
     lines = [
-        f"Profile fast, {1e3 * CONTROL_DT:g} ms control, time step {dt or 'of the profile'}, "
-        "commands within the environment's limits.",
+        f"Environment steps, physics mujoco, profile fast, 50 ms control, "
+        f"time step {dt or 'of the profile'}, episodes of {EPISODE} steps.",
         "",
         "| segments | tendons | policy | control steps | diverged | not finite |",
         "| ---: | ---: | --- | ---: | ---: | ---: |",

@@ -94,6 +94,14 @@ PRESETS: dict[str, Robot] = {
 }
 """Robots with real dimensions by name; "default" is one segment of the two-segment benchmark."""
 
+HOLDING_LENGTH_M = 0.4
+"""Length that the segments of a robot made by `n_segments` share, if the preset is not longer.
+
+It is that of the two-segment benchmark and about as long as a 1.4 mm nitinol rod with disks of
+weight w a metre holds against gravity: (EI / w)^(1/3). Longer arms sag, wind up about their own
+axis and swing for seconds; with `segment_length_m` they can be had.
+"""
+
 
 def make_robot(
     robot: str | Robot = "default",
@@ -114,7 +122,8 @@ def make_robot(
     n_tendons : int, optional
         Tendons of every segment, spaced symmetrically from the first tendon's angle.
     n_segments : int, optional
-        Number of segments; allowed where all segments of `robot` are alike.
+        Number of segments; allowed where all segments of `robot` are alike. They are as long as
+        those of `robot`, but share `HOLDING_LENGTH_M` if they would be longer together.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         As in `Segment`.
     material : str, optional
@@ -133,6 +142,8 @@ def make_robot(
     --------
     >>> make_robot(n_tendons=7, n_segments=2).n_tendons
     (7, 7)
+    >>> make_robot(n_segments=4).lengths.tolist(), make_robot("two_segment").length_m
+    ([0.1, 0.1, 0.1, 0.1], 0.4)
     """
     if isinstance(robot, str):
         if robot not in PRESETS:
@@ -146,7 +157,9 @@ def make_robot(
             raise ValueError(f"n_segments must be a whole number >= 1, got {n_segments!r}")
         if any(segment != segments[0] for segment in segments):
             raise ValueError(f"n_segments needs equal segments; those of {robot.name!r} differ")
-        segments = segments[:1] * n_segments
+        shared = max(HOLDING_LENGTH_M, robot.length_m) / n_segments
+        first = replace(segments[0], length_m=min(segments[0].length_m, shared))
+        segments = (first,) * n_segments
     changes = {
         "length_m": segment_length_m,
         "pitch_radius_m": pitch_radius_m,

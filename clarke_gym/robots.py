@@ -166,7 +166,8 @@ class Robot:
     segments : tuple of Segment
         From base to tip, at least one.
     max_tendon_speed_m_s : float
-        Largest rate of a segment's Clarke coordinates [m/s]; bounds each tendon's speed, too.
+        Largest rate of the first segment's Clarke coordinates [m/s]; bounds its tendons' speed, too.
+        `tendon_speeds` holds those of all segments.
     max_cocontraction_m : float
         Largest displacement of any tendon off the manifold [m].
     actuator_time_constant_s : float
@@ -241,6 +242,15 @@ class Robot:
     def max_clarke(self) -> FloatArray:
         """Largest magnitude of each segment's tendons' Clarke coordinates [m], shape (S,)."""
         return self.pitch_radii * np.cumsum(self.max_bending)
+
+    @cached_property
+    def tendon_speeds(self) -> FloatArray:
+        """Speed limit of each segment's tendons [m/s], shape (S,).
+
+        Distal tendons also follow the bends of the segments that they pass, so they are as much
+        faster as their range is longer: all segments cross their range in the same time.
+        """
+        return self.max_tendon_speed_m_s * (self.max_clarke / self.max_clarke[0])
 
     @cached_property
     def encoder(self) -> FloatArray:

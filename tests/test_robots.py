@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clarke_gym.clarke import inverse_matrix, transform_matrix
-from clarke_gym.presets import PRESETS, make_robot
+from clarke_gym.presets import HOLDING_LENGTH_M, PRESETS, make_robot
 from clarke_gym.robots import Robot, Segment
 
 
@@ -83,3 +83,17 @@ def test_overrides_reach_every_segment_and_keep_the_first_tendon():
 def test_descriptions_are_frozen():
     with pytest.raises(AttributeError):
         make_robot().segments[0].length_m = 1.0
+
+
+def test_segments_share_the_length_that_the_backbone_holds_up():
+    assert make_robot(n_segments=2).lengths.tolist() == [0.2, 0.2]
+    assert make_robot(n_segments=5).length_m == pytest.approx(0.4)
+    assert make_robot(n_segments=5, segment_length_m=0.2).length_m == pytest.approx(1.0)
+    robot = make_robot()
+    segment = robot.segments[0]
+    radius = segment.backbone_diameter_m / 2.0
+    stiffness = segment.youngs_modulus_pa * np.pi * radius**4 / 4.0
+    mass = segment.density_kg_m3 * np.pi * radius**2
+    mass += segment.n_disks * segment.disk_mass_kg / segment.length_m
+    held = (stiffness / (9.80665 * mass)) ** (1.0 / 3.0)
+    assert held == pytest.approx(HOLDING_LENGTH_M, rel=0.1)

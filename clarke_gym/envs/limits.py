@@ -66,11 +66,13 @@ class CommandLimits:
         self._robot = robot
         self._absolute = control == "absolute"
         self._scalar = scalar
-        self._step = robot.max_tendon_speed_m_s * control_dt
+        self._off_step = robot.max_tendon_speed_m_s * control_dt
         self._encoder = robot.encoder.T.copy()
         self._radii = robot.pitch_radii.tolist()
         self._max_bending = robot.max_bending.tolist()
-        scales = robot.max_clarke if self._absolute else np.full(robot.n_segments, self._step)
+        steps = robot.tendon_speeds * control_dt
+        self._steps = steps.tolist()
+        scales = robot.max_clarke if self._absolute else steps
         self._scales = scales.tolist()
         residual = np.eye(robot.n_joints) - robot.decoder @ robot.encoder
         self._residual = (np.repeat(scales, robot.n_tendons)[:, None] * residual).T.copy()
@@ -114,11 +116,12 @@ class CommandLimits:
         flat = components(map_rows(action, self._encoder), self._scalar)
         coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
         pairs = []
-        for (a, b), (x, y), scale in zip(coordinates, command.pairs, self._scales, strict=True):
+        rows = zip(coordinates, command.pairs, self._scales, self._steps, strict=True)
+        for (a, b), (x, y), scale, step in rows:
             u, v = a * scale, b * scale
             if self._absolute:
                 u, v = u - x, v - y
-            u, v = saturate(u, v, self._step)
+            u, v = saturate(u, v, step)
             pairs.append((x + u, y + v))
         decoupled = kinematics.decoupled(pairs, self._radii)
         bends = [
@@ -156,5 +159,5 @@ class CommandLimits:
             change[~off_rows] = 0.0
         if self._absolute:
             change -= held
-        change = _saturate_rows(change, self._step)
+        change = _saturate_rows(change, self._off_step)
         return _saturate_rows(held + change, self._robot.max_cocontraction_m)

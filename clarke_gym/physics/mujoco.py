@@ -136,7 +136,7 @@ class MujocoPhysics:
         tau = robot.actuator_time_constant_s
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
         # Environments keep to the rate limit; the margin leaves their commands' bits alone.
-        self._reach = robot.max_tendon_speed_m_s * control_dt * (1.0 + 1e-9)
+        self._reach = (robot.tendon_speeds * control_dt * (1.0 + 1e-9))[:, None]
         if threads is None:
             threads = min(num_envs, os.cpu_count() or 1)
         elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:

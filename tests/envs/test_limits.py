@@ -36,9 +36,9 @@ def test_no_command_leaves_the_limits(control, segments, n, seed, size):
             command.clarke / robot.pitch_radii[:, None], axis=1, prepend=np.zeros((4, 1, 2))
         )
         assert (np.linalg.norm(bends, axis=2) <= robot.max_bending + 1e-12).all()
+        step = np.linalg.norm(command.clarke - previous.clarke, axis=2)
         if segments == 1:  # a proximal limit may move the distal tendons' sum
-            step = np.linalg.norm(command.clarke - previous.clarke, axis=2)
-            assert (step <= robot.max_tendon_speed_m_s * DT + 1e-15).all()
+            assert (step <= robot.tendon_speeds * DT + 1e-15).all()
         if command.off_manifold is not None:
             assert np.abs(command.off_manifold).max() <= robot.max_cocontraction_m + 1e-15
             onto = command.off_manifold @ (robot.decoder @ robot.encoder).T
@@ -120,3 +120,17 @@ def test_distal_tendons_move_when_the_proximal_segment_bends():
     assert command[1, 0] == pytest.approx(0.0, abs=1e-15)
     tip = env.unwrapped.core.physics.state.tip_quaternion[0]
     np.testing.assert_allclose(tip[1:3], 0.0, atol=1e-12)  # the tip keeps its direction
+
+
+@pytest.mark.parametrize("segments", [1, 2, 5])
+def test_all_segments_cross_their_range_in_the_same_time(segments):
+    """Absolute targets at the limits, all in one plane: everybody arrives in the same step."""
+    robot = make_robot(n_tendons=3, n_segments=segments)
+    limits = CommandLimits(robot, "absolute", DT)
+    action = np.tile([1.0, 0.0], segments)[None] @ robot.decoder.T
+    command, steps = start(robot), 0
+    while steps < 100 and not np.allclose(command.clarke[0, :, 0], robot.max_clarke):
+        command = limits.apply(action, command)
+        steps += 1
+    expected = robot.segments[0].max_clarke_m / (robot.max_tendon_speed_m_s * DT)
+    assert steps == int(np.ceil(expected))
