@@ -166,7 +166,7 @@ class Robot:
     segments : tuple of Segment
         From base to tip, at least one.
     max_tendon_speed_m_s : float
-        Largest rate of the first segment's Clarke coordinates [m/s]; bounds its tendons' speed, too.
+        Largest rate of the first segment's Clarke coordinates [m/s]; bounds its tendons, too.
         `tendon_speeds` holds those of all segments.
     max_cocontraction_m : float
         Largest displacement of any tendon off the manifold [m].
