@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import struct
 import sys
+from array import array as c_array
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -18,8 +18,6 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 Number: TypeAlias = Any
 """One component of a batch: a float for a batch of one, or an array of shape (B,)."""
-
-ROW_BLOCK = 64
 
 
 class FloatMath:
@@ -114,9 +112,11 @@ def parameters(values: Array, like: Array) -> list[Number]:
     return [parameter(value, like) for value in values]
 
 
-def float64(part: Number) -> Number:
-    """Return a component in double precision."""
-    return part if isinstance(part, float) else part.astype(np.float64)
+def gaps64(ends: Sequence[Number], starts: Sequence[Number]) -> list[Number]:
+    """Return the differences of components in double precision."""
+    if isinstance(ends[0], float):
+        return [a - b for a, b in zip(ends, starts, strict=True)]
+    return [a.astype(np.float64) - b for a, b in zip(ends, starts, strict=True)]
 
 
 def not_finite(action: NDArray[Any]) -> str:
@@ -126,15 +126,11 @@ def not_finite(action: NDArray[Any]) -> str:
     return f"action must be finite, got {rows[row].tolist()} (row {row})"
 
 
-_SINGLE = struct.Struct("f")
-
-
-def float32(part: Number) -> Number:
-    """Return a component rounded to single precision; a float stays a float."""
-    if isinstance(part, float):
-        rounded: float = _SINGLE.unpack(_SINGLE.pack(part))[0]
-        return rounded
-    return part.astype(np.float32)
+def float32(parts: Sequence[Number]) -> list[Number]:
+    """Return components rounded to single precision; floats stay floats."""
+    if isinstance(parts[0], float):
+        return c_array("f", parts).tolist()
+    return [part.astype(np.float32) for part in parts]
 
 
 def components(rows: NDArray[Any], scalar: bool) -> list[Number]:
@@ -150,58 +146,3 @@ def from_components(parts: Sequence[Number], dtype: DTypeLike = np.float64) -> N
     for k, part in enumerate(parts):
         result[:, k] = part
     return result
-
-
-def map_components(parts: Sequence[Number], matrix: NDArray[Any]) -> NDArray[Any]:
-    """Return ``from_components(parts) @ matrix``, with the same promise as `map_rows`.
-
-    Parameters
-    ----------
-    parts : sequence of k components
-    matrix : ndarray, shape (k, m)
-        Its dtype is the precision of the result.
-
-    Returns
-    -------
-    ndarray, shape (B, m)
-    """
-    if isinstance(parts[0], float):
-        single = np.zeros((len(parts), ROW_BLOCK), matrix.dtype)
-        single[:, 0] = parts
-        return (single.T @ matrix)[:1]
-    count = len(parts[0])
-    columns = np.zeros((len(parts), count + -count % ROW_BLOCK), matrix.dtype)
-    for k, part in enumerate(parts):
-        columns[k, :count] = part
-    blocks = columns.reshape(len(parts), -1, ROW_BLOCK).transpose(1, 2, 0) @ matrix
-    return blocks.reshape(-1, matrix.shape[1])[:count]
-
-
-def map_rows(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
-    """Return ``rows @ matrix`` with each row's bits independent of how many rows there are.
-
-    BLAS picks its kernel, hence its order of summation, by the shape of the product. Blocks of one
-    fixed shape make a row of a batch equal the same row computed alone.
-
-    Parameters
-    ----------
-    rows : ndarray, shape (B, k)
-    matrix : ndarray, shape (k, m)
-        Of the dtype of `rows`.
-
-    Returns
-    -------
-    ndarray, shape (B, m)
-    """
-    count, width = rows.shape
-    if count <= ROW_BLOCK:
-        padded = np.zeros((ROW_BLOCK, width), rows.dtype)
-        padded[:count] = rows
-        return (padded @ matrix)[:count]
-    padding = -count % ROW_BLOCK
-    if padding:
-        padded = np.zeros((count + padding, width), rows.dtype)
-        padded[:count] = rows
-        rows = padded
-    blocks = rows.reshape(-1, ROW_BLOCK, width) @ matrix
-    return blocks.reshape(-1, matrix.shape[1])[:count]

@@ -32,7 +32,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym._arrays import FloatArray
+from clarke_gym._linear_map import map_rows
 from clarke_gym.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.robots import Robot, Segment, block_diagonal
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from operator import add, mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,11 +11,12 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, components, from_components, map_components
+from clarke_gym._arrays import FloatArray, Number, components, from_components
+from clarke_gym._linear_map import LinearMap
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.limits import CommandLimits, largest_magnitude
 from clarke_gym.envs.uniforms import UniformStreams
-from clarke_gym.physics.base import JointVector, Physics
+from clarke_gym.physics.base import Joints, JointVector, Physics
 from clarke_gym.physics.constant_curvature import ConstantCurvature, replaced_rows
 from clarke_gym.robots import Robot, block_diagonal
 from clarke_gym.tasks.base import Task
@@ -66,7 +68,7 @@ class EnvCore:
 
     Observations are dictionaries of ``observation`` (joint blocks first, then the task's part),
     ``achieved_goal`` and ``desired_goal``, float32, scaled by the robot's limits; new arrays in
-    every call.
+    every call, with a row for each environment, or with none in the scalar one.
 
     Parameters
     ----------
@@ -86,6 +88,7 @@ class EnvCore:
         self.robot = robot = config.make_robot()
         self.physics = _make_physics(config, robot, num_envs, scalar)
         self.task = _make_task(config, robot)
+        self._radii = robot.pitch_radii.tolist()
         self.streams = UniformStreams(num_envs, self.task.n_uniforms)
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.goal = np.zeros((num_envs, self.task.goal_size))
@@ -94,9 +97,10 @@ class EnvCore:
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)
         scale = np.repeat(robot.max_clarke, robot.n_tendons)
-        self._assemble = self._assembly(robot.decoder / scale[:, None])
+        self._assemble = LinearMap(self._assembly(robot.decoder / scale[:, None]), columns=True)
         self._off_manifold_scale = (1.0 / scale).astype(np.float32)
-        self._off_manifold_scales: list[float] = self._off_manifold_scale.tolist()
+        self._no_off_manifold = [0.0] * robot.n_joints
+        self._off_manifold_scales = self._off_manifold_scale.tolist() * len(JOINT_BLOCKS)
 
     def _assembly(self, decoder: FloatArray) -> NDArray[np.float32]:
         """Return the matrix that makes an observation of its parts in one product.
@@ -148,8 +152,8 @@ class EnvCore:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         uniforms = self.streams.draw(rows)
         bending, sampled = self.task.sample(uniforms)
-        columns = [(bending[:, s, 0], bending[:, s, 1]) for s in range(self.robot.n_segments)]
-        clarke = JointVector(kinematics.coupled(columns, self.robot.pitch_radii)).clarke
+        bends = JointVector.from_clarke(bending, scalar=len(rows) == 1).pairs
+        clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
         self.physics.reset(rows, clarke)
         self._command = replaced_rows(self._command, rows, clarke, self._scalar)
         self.goal[rows] = sampled if goal is None else goal
@@ -161,11 +165,15 @@ class EnvCore:
         self._desired[rows] = self.task.scale_goal(self.goal[rows])
         self._desired_parts = components(self._desired, self._scalar)
 
-    def step(self, action: FloatArray) -> None:
-        """Advance all environments by one control period under a decoded action (B, N)."""
+    def step(self, action: Joints) -> None:
+        """Advance all environments by one control period.
+
+        `action` is decoded: (B, N), or a list of N floats in the scalar environment.
+        """
         self._command = self._limits.apply(action, self._command)
         self.physics.step(self._command)
-        self.steps += 1
+        if not self._scalar:  # Gymnasium's wrapper counts for the scalar environment
+            self.steps += 1
 
     def reward(self) -> tuple[Number, dict[str, Any]]:
         """Return the rewards and the values for `info` of the current state.
@@ -176,11 +184,10 @@ class EnvCore:
         self._achieved = self.task.achieved(state)
         reward, info = self.task.reward(self._achieved, self._desired_parts)
         off = self._command.off_manifold
-        if off is None:
-            info["off_manifold_m"] = 0.0 if self._scalar else np.zeros(self.num_envs)
+        if off is not None:
+            info["off_manifold_m"] = largest_magnitude(off)
         else:
-            largest = largest_magnitude(off)
-            info["off_manifold_m"] = largest[0] if self._scalar else np.asarray(largest)
+            info["off_manifold_m"] = 0.0 if self._scalar else np.zeros(self.num_envs)
         info["diverged"] = bool(state.diverged[0]) if self._scalar else state.diverged.copy()
         return reward, info
 
@@ -190,32 +197,43 @@ class EnvCore:
         achieved, desired = self._achieved, self._desired_parts
         parts = [*vectors[0].flat(), *vectors[1].flat(), *achieved]
         if not self._goal_env:
-            parts += [*desired, *(b - a for a, b in zip(achieved, desired, strict=True))]
-        observation = map_components(parts, self._assemble)
-        joints = self.robot.n_joints
+            parts += desired
+            parts += [b - a for a, b in zip(achieved, desired, strict=True)]
         offs = [vector.off_manifold for vector in vectors]
-        if self._scalar and any(off is not None for off in offs):
-            numbers = observation[0].tolist()
-            for block, off in enumerate(offs):
-                for k, number in enumerate([] if off is None else off[0].tolist()):
-                    numbers[block * joints + k] += number * self._off_manifold_scales[k]
-            observation = np.array([numbers], np.float32)
-        elif not self._scalar:
-            for block, off in enumerate(offs):
-                if off is not None:
-                    part = slice(block * joints, (block + 1) * joints)
-                    observation[:, part] += off * self._off_manifold_scale
+        observation = self._row(parts, offs) if self._scalar else self._rows(parts, offs)
         limit = self.physics.displacement_bound
         if limit > 1.0:
-            blocks = observation[:, : len(vectors) * joints]
-            np.clip(blocks, -limit, limit, out=blocks)
+            blocks = observation[..., : len(vectors) * self.robot.n_joints]
+            np.minimum(np.maximum(blocks, -limit, out=blocks), limit, out=blocks)
         if not self._goal_env:
             return {"observation": observation}
+        reached, wanted = from_components(achieved, np.float32), self._desired.copy()
         return {
             "observation": observation,
-            "achieved_goal": from_components(achieved, np.float32),
-            "desired_goal": self._desired.copy(),
+            "achieved_goal": reached[0] if self._scalar else reached,
+            "desired_goal": wanted[0] if self._scalar else wanted,
         }
+
+    def _row(self, parts: list[float], offs: Sequence[Any]) -> NDArray[np.float32]:
+        """Return the scalar environment's observation."""
+        row = self._assemble.of_numbers(parts)
+        command, displacement = offs
+        if command is not None or displacement is not None:
+            scales = self._off_manifold_scales
+            off = (command or self._no_off_manifold) + (displacement or self._no_off_manifold)
+            joints = row[: len(scales)]
+            joints[:] = list(map(add, joints.tolist(), map(mul, off, scales)))
+        return row.copy()
+
+    def _rows(self, parts: list[Number], offs: Sequence[Any]) -> NDArray[np.float32]:
+        """Return the observations of a batch."""
+        rows: NDArray[np.float32] = self._assemble.of_columns(parts)
+        joints = self.robot.n_joints
+        for block, off in enumerate(offs):
+            if off is not None:
+                part = slice(block * joints, (block + 1) * joints)
+                rows[:, part] += off * self._off_manifold_scale
+        return rows
 
     # --- pictures -----------------------------------------------------------------------------
 

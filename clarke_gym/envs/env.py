@@ -38,6 +38,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         check_render_mode(render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
         self._action_shape = (self.core.robot.n_joints,)
+        self._goal_env = config.goal_env
         entries = self.core.observation_spaces()
         self.action_space = self.core.action_space()  # type: ignore[assignment]
         self.observation_space = (
@@ -90,7 +91,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         joint = np.asarray(action, dtype=np.float64)
         if joint.shape != self._action_shape:
             raise ValueError(f"action must have the shape {self._action_shape}, got {joint.shape}")
-        self.core.step(joint[None])
+        self.core.step(joint.tolist())
         reward, info = self.core.reward()
         return self._observation(self.core.observe()), reward, info["diverged"], False, info
 
@@ -125,9 +126,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self._np_random_seed = self.core.streams.seeds[0]
 
     def _observation(self, batch: Observation) -> Any:
-        if self.core.config.goal_env:
-            return {name: array[0] for name, array in batch.items()}
-        return batch["observation"][0]
+        return batch if self._goal_env else batch["observation"]
 
 
 class ContinuumRobotGoalEnv(ContinuumRobotEnv):

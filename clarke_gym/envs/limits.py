@@ -3,46 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from operator import add, sub
 from typing import Any
 
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, components, map_rows, namespace, not_finite
-from clarke_gym.physics.base import JointVector, Pair
+from clarke_gym._arrays import FloatArray, FloatMath, Number, components, not_finite
+from clarke_gym._linear_map import LinearMap
+from clarke_gym.physics.base import Joints, JointVector, Pair
 from clarke_gym.robots import Robot
 
 OFF_MANIFOLD_RESOLUTION = 1e-6
 """Off-manifold parts below this share of an action are rounding (float32 actions carry 6e-8)."""
 
 
-def saturate(x: Number, y: Number, limit: float) -> Pair:
-    """Return a vector shortened to at most `limit`, its direction kept."""
-    xp = namespace(x)
-    length = xp.sqrt(x * x + y * y)
-    scale = limit / xp.maximum(length, limit)
-    return x * scale, y * scale
-
-
-def largest_magnitude(rows: FloatArray) -> Any:
-    """Return the largest magnitude in each row; the few numbers of one row as floats, faster."""
-    if len(rows) == 1:
-        values = rows[0].tolist()
-        return [max(max(values), -min(values))]
-    magnitudes: FloatArray = np.maximum.reduce(np.abs(rows), axis=1)
+def largest_magnitude(joints: Joints) -> Any:
+    """Return the largest magnitude of each row, or of the floats of the scalar environment."""
+    if isinstance(joints, list):
+        return max(max(joints), -min(joints))
+    magnitudes: FloatArray = np.maximum.reduce(np.abs(joints), axis=1)
     return magnitudes
 
 
-def _saturate_rows(rows: FloatArray, limit: float) -> FloatArray:
-    if len(rows) == 1:
-        top = largest_magnitude(rows)[0]
-        return rows if top <= limit else rows * (limit / top)
-    largest = largest_magnitude(rows)[:, None]
+def _saturated(joints: Any, limit: float) -> Any:
+    """Return each row shortened until no entry passes `limit`."""
+    if isinstance(joints, list):
+        scale = limit / max(max(joints), -min(joints), limit)
+        return joints if scale == 1.0 else [x * scale for x in joints]
+    largest = largest_magnitude(joints)
     if largest.max() <= limit:
-        return rows
-    result: FloatArray = rows * (limit / np.maximum(largest, limit))
-    return result
+        return joints
+    return joints * (limit / np.maximum(largest, limit))[:, None]
+
+
+def _without_rounding(number: float) -> float:
+    return float(number) if abs(number) > 1e-12 else 0.0
+
+
+def _sum(first: Any, second: Any) -> Any:
+    return list(map(add, first, second)) if isinstance(first, list) else first + second
+
+
+def _difference(first: Any, second: Any) -> Any:
+    return list(map(sub, first, second)) if isinstance(first, list) else first - second
 
 
 class CommandLimits:
@@ -66,28 +70,31 @@ class CommandLimits:
         self._robot = robot
         self._absolute = control == "absolute"
         self._scalar = scalar
+        self._xp: Any = FloatMath if scalar else np
         self._off_step = robot.max_tendon_speed_m_s * control_dt
-        self._encoder = robot.encoder.T.copy()
+        self._encode = LinearMap(robot.encoder.T.copy())
         self._radii = robot.pitch_radii.tolist()
         self._max_bending = robot.max_bending.tolist()
         steps = robot.tendon_speeds * control_dt
-        self._steps = steps.tolist()
         scales = robot.max_clarke if self._absolute else steps
-        self._scales = scales.tolist()
         residual = np.eye(robot.n_joints) - robot.decoder @ robot.encoder
-        self._residual = (np.repeat(scales, robot.n_tendons)[:, None] * residual).T.copy()
-        grams = [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
-        cross = [2.0 * float(g[0, 1]) if abs(g[0, 1]) > 1e-12 else 0.0 for g in grams]
-        self._grams = [
-            (float(g[0, 0]), float(g[1, 1]), c) for g, c in zip(grams, cross, strict=True)
+        self._residual = LinearMap(
+            (np.repeat(scales, robot.n_tendons)[:, None] * residual).T.copy()
+        )
+        grams = np.array(
+            [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
+        )
+        self._segments = [
+            (scale, step, gram[0, 0].item(), gram[1, 1].item(), _without_rounding(2.0 * gram[0, 1]))
+            for scale, step, gram in zip(scales.tolist(), steps.tolist(), grams, strict=True)
         ]
 
-    def apply(self, action: FloatArray, command: JointVector) -> JointVector:
+    def apply(self, action: Joints, command: JointVector) -> JointVector:
         """Return the command that follows `command` under a decoded action.
 
         Parameters
         ----------
-        action : ndarray, shape (B, N)
+        action : ndarray of shape (B, N), or list of N floats in the scalar environment
             Decoded action; 1 is the speed limit (increment) or the largest displacement (absolute).
         command : JointVector
             The command held so far.
@@ -103,61 +110,65 @@ class CommandLimits:
             If a number is not finite.
         """
         size: Number
-        if self._scalar:
-            size = 0.0
-            for number in action[0].tolist():
-                size += number * number
+        if isinstance(action, list):
+            length = math.hypot(*action)
+            size = length * length
             finite = math.isfinite(size)
         else:
             size = np.einsum("bn,bn->b", action, action)
             finite = math.isfinite(size.sum())
         if not finite:
-            raise ValueError(not_finite(action))
-        flat = components(map_rows(action, self._encoder), self._scalar)
-        coordinates = list(zip(flat[0::2], flat[1::2], strict=True))
-        pairs = []
-        rows = zip(coordinates, command.pairs, self._scales, self._steps, strict=True)
-        for (a, b), (x, y), scale, step in rows:
+            raise ValueError(not_finite(np.asarray(action)))
+        if isinstance(action, list):
+            flat = self._encode.of_numbers(action).tolist()
+        else:
+            flat = components(self._encode.of_rows(action), False)
+        pairs, onto = [], 0.0
+        for k, (x, y) in enumerate(command.pairs):
+            scale, step, xx, yy, xy = self._segments[k]
+            a, b = flat[2 * k], flat[2 * k + 1]
+            # |D m|^2 from the segments' Gram matrices; the rest of |action|^2 is off the manifold.
+            onto = onto + (xx * a * a + yy * b * b)
+            if xy:
+                onto = onto + xy * a * b
             u, v = a * scale, b * scale
             if self._absolute:
                 u, v = u - x, v - y
-            u, v = saturate(u, v, step)
+            u, v = self._saturate((u, v), step)
             pairs.append((x + u, y + v))
+        found = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
         decoupled = kinematics.decoupled(pairs, self._radii)
-        bends = [
-            saturate(bend[0], bend[1], limit)
-            for bend, limit in zip(decoupled, self._max_bending, strict=True)
-        ]
-        off = self._off_manifold(action, coordinates, size, command.off_manifold)
+        bends = list(map(self._saturate, decoupled, self._max_bending))
+        off = self._off_manifold(action, found, command.off_manifold)
         return JointVector(kinematics.coupled(bends, self._radii), off)
 
-    def _off_manifold(
-        self,
-        action: FloatArray,
-        coordinates: Sequence[Pair],
-        size: Number,
-        held: FloatArray | None,
-    ) -> FloatArray | None:
-        """Return the off-manifold command; that there is none costs one product to know."""
-        onto = 0.0  # |D m|^2 from the segments' Gram matrices; the rest is off the manifold
-        for (x, y), (xx, yy, xy) in zip(coordinates, self._grams, strict=True):
-            onto = onto + (xx * x * x + yy * y * y)
-            if xy:
-                onto = onto + xy * x * y
-        off_rows = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
-        found = off_rows if self._scalar else off_rows.any()
-        if held is None:
-            if not found:
-                return None
-            held = np.zeros_like(action)
-        elif not (self._absolute or found):
+    def _saturate(self, pair: Pair, limit: float) -> Pair:
+        """Return a vector shortened to at most `limit`, its direction kept."""
+        x, y = pair
+        length = self._xp.sqrt(x * x + y * y)
+        scale = limit / self._xp.maximum(length, limit)
+        return x * scale, y * scale
+
+    def _off_manifold(self, action: Joints, found: Any, held: Joints | None) -> Joints | None:
+        """Return the off-manifold command; `found` tells which rows of the action have one."""
+        none = not found if isinstance(action, list) else not found.any()
+        if none and (held is None or not self._absolute):
             return held
-        change = map_rows(action, self._residual)
-        if not found:
-            change[:] = 0.0
-        elif not self._scalar:
-            change[~off_rows] = 0.0
+        if isinstance(action, list):
+            zero = [0.0] * len(action)
+            change = self._residual.of_numbers(action).tolist() if found else zero
+            return self._moved(held or zero, change)
+        changes = self._residual.of_rows(action)
+        changes[~found] = 0.0
+        before = np.zeros_like(action) if held is None else held
+        moved = self._moved(before, changes)
+        if not self._absolute:
+            moved[~found] = before[~found]
+        return moved
+
+    def _moved(self, held: Any, change: Any) -> Any:
+        """Return off-manifold numbers after a change, or on the way to it in absolute control."""
         if self._absolute:
-            change -= held
-        change = _saturate_rows(change, self._off_step)
-        return _saturate_rows(held + change, self._robot.max_cocontraction_m)
+            change = _difference(change, held)
+        change = _saturated(change, self._off_step)
+        return _saturated(_sum(held, change), self._robot.max_cocontraction_m)

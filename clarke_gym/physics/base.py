@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, Number, components, from_components, map_rows
+from clarke_gym._arrays import FloatArray, Number, components, from_components
+from clarke_gym._linear_map import map_rows
 from clarke_gym.robots import Robot
 
 Pair = tuple[Number, Number]
+
+Joints: TypeAlias = FloatArray | list[float]
+"""Numbers of all tendons: an array (B, N), or N floats in the scalar environment."""
 
 
 @dataclass(slots=True)
@@ -24,16 +28,16 @@ class JointVector:
     pairs : sequence of S pairs
         Clarke coordinates (Re, Im) of each segment's tendons [m], the part on the manifold: floats
         in the scalar environment, arrays of shape (B,) in a batch.
-    off_manifold : ndarray of shape (B, N), or None
+    off_manifold : ndarray of shape (B, N), list of N floats in the scalar environment, or None
         The rest, (I - P) rho [m]; None where no row has any.
     """
 
     pairs: Sequence[Pair]
-    off_manifold: FloatArray | None = None
+    off_manifold: Joints | None = None
 
     @classmethod
     def from_clarke(
-        cls, clarke: FloatArray, off_manifold: FloatArray | None = None, scalar: bool = False
+        cls, clarke: FloatArray, off_manifold: Joints | None = None, scalar: bool = False
     ) -> JointVector:
         """Make a vector from Clarke coordinates of shape (B, S, 2)."""
         parts = components(clarke.reshape(len(clarke), -1), scalar)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.base import Joints, JointVector, RobotState
 from clarke_gym.robots import Robot
 
 
@@ -54,6 +54,7 @@ class ConstantCurvature:
         self._radii = robot.pitch_radii.tolist()
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._displacement = JointVector.from_clarke(start, scalar=scalar)
+        self._never = np.zeros(num_envs, dtype=bool)
         self._state: RobotState | None = None
 
     @property
@@ -62,8 +63,7 @@ class ConstantCurvature:
         if self._state is None:
             pairs = kinematics.decoupled(self._displacement.pairs, self._radii)
             position, quaternion = kinematics.chain_poses(pairs, self._lengths)[-1]
-            never = np.zeros(self.num_envs, dtype=bool)
-            self._state = RobotState(self._displacement, position, quaternion, never)
+            self._state = RobotState(self._displacement, position, quaternion, self._never)
         return self._state
 
     def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
@@ -80,10 +80,19 @@ class ConstantCurvature:
         ]
         off = command.off_manifold
         if off is not None:
-            previous = 0.0 if held.off_manifold is None else held.off_manifold
-            off = previous + gain * (off - previous)
+            off = self._follow(held.off_manifold, off)
         self._displacement = JointVector(pairs, off)
         self._state = None
+
+    def _follow(self, held: Any, off: Any) -> Joints:
+        """Return off-manifold displacements after one control period."""
+        gain = self._gain
+        if isinstance(off, list):
+            held = held or [0.0] * len(off)
+            return [a + gain * (b - a) for a, b in zip(held, off, strict=True)]
+        held = 0.0 if held is None else held
+        following: FloatArray = held + gain * (off - held)
+        return following
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

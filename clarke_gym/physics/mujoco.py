@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, components, map_rows
+from clarke_gym._arrays import FloatArray, components
+from clarke_gym._linear_map import map_rows
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.mjcf import PROFILES, STANDARD_GRAVITY_M_S2, build_chain, choice
@@ -255,7 +256,8 @@ class MujocoPhysics:
     def _approach(self, command: JointVector) -> Drives:
         """Return where the drives get to within one control period."""
         drive, gain = self._drive, self._gain
-        target = Drives(command.clarke, command.off_manifold)
+        off = command.off_manifold
+        target = Drives(command.clarke, np.array([off]) if isinstance(off, list) else off)
         if self._tension_driven:
             return target.rows(slice(None))
         move = gain * (target.clarke - drive.clarke)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, map_rows
+from clarke_gym._arrays import FloatArray
+from clarke_gym._linear_map import map_rows
 from clarke_gym.robots import Robot, Segment, block_diagonal
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, float32, float64, from_components, namespace
-from clarke_gym.physics.base import RobotState
+from clarke_gym._arrays import FloatArray, Number, float32, from_components, gaps64, namespace
+from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.robots import Robot, require_positive
 from clarke_gym.tasks.base import Float32Array
 
@@ -63,6 +63,7 @@ class Reach:
         self.success_tolerance = float(success_tolerance)
         self.n_uniforms = 4 * robot.n_segments
         self._length = robot.length_m
+        self._lengths = robot.lengths.tolist()
         self._sparse = reward == "sparse"
         self._random_start = bool(random_start)
 
@@ -71,17 +72,17 @@ class Reach:
 
         `uniforms` has the shape (R, n_uniforms).
         """
-        segments = self.robot.n_segments
-        pairs = uniforms.reshape(len(uniforms), 2, segments, 2)
+        pairs = uniforms.reshape(len(uniforms), 2, self.robot.n_segments, 2)
         bending = kinematics.sample_dome(pairs, self.robot.max_bending)
-        start, reached = bending[:, 0], bending[:, 1]
-        ends = [(reached[:, s, 0], reached[:, s, 1]) for s in range(segments)]
-        goal = kinematics.chain_poses(ends, self.robot.lengths)[-1][0]
+        start = bending[:, 0]
+        ends = JointVector.from_clarke(bending[:, 1], scalar=len(bending) == 1).pairs
+        goal = kinematics.chain_poses(ends, self._lengths)[-1][0]
         return start if self._random_start else np.zeros_like(start), from_components(goal)
 
     def achieved(self, state: RobotState) -> list[Number]:
         """Return components of the tip position over the robot's length, rounded to float32."""
-        return [float32(part / self._length) for part in state.tip]
+        length = self._length
+        return float32([part / length for part in state.tip])
 
     def scale_goal(self, goal: FloatArray) -> Float32Array:
         """Return goal positions over the robot's length."""
@@ -104,9 +105,9 @@ class Reach:
             ``tip_error_m``, ``tip_error_percent`` (of the length), ``is_success`` and the terms
             ``reward_closeness`` and ``reward_precision``.
         """
-        gap = [float64(a) - float64(b) for a, b in zip(achieved, desired, strict=True)]
-        xp = namespace(gap[0])
-        error = xp.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
+        x, y, z = gaps64(achieved, desired)
+        xp = namespace(x)
+        error = xp.sqrt(x * x + y * y + z * z)
         success = error <= self.success_tolerance
         closeness = 0.5 / (1.0 + error / CLOSENESS_SCALE)
         ratio = error / self.success_tolerance

@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import map_rows, not_finite
+from clarke_gym._arrays import not_finite
+from clarke_gym._linear_map import LinearMap
 from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
 from clarke_gym.representations import Representation, make_representation, to_polar
 from clarke_gym.robots import block_diagonal
@@ -29,7 +30,7 @@ class ActionCodec:
     def __init__(self, core: EnvCore, name: str) -> None:
         self.representation = make_representation(name, core.robot)
         self._size = self.representation.size
-        self._decoder = self.representation.decoder.T
+        self._decoder = LinearMap(self.representation.decoder.T)
         self.space = spaces.Box(-1.0, 1.0, (self._size,), np.float32)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
@@ -45,7 +46,7 @@ class ActionCodec:
         if not (all(map(math.isfinite, array.tolist())) if one else np.isfinite(array).all()):
             raise ValueError(not_finite(array))
         if one and not self.representation.polar:
-            return map_rows(array[None], self._decoder)[0]
+            return self._decoder.of_numbers(array).copy()
         return self.representation.decode(array)
 
 
@@ -61,7 +62,7 @@ class ObservationCodec:
         tail = inner.high[blocks * core.robot.n_joints :]  # type: ignore[attr-defined]
         high = np.concatenate([np.tile(bound, blocks), tail])
         parts = [self.representation.encoder.T] * blocks + [np.eye(len(tail))]
-        self._matrix = block_diagonal(parts).astype(np.float32)
+        self._map = LinearMap(block_diagonal(parts).astype(np.float32))
         self._polar_size = blocks * self.representation.size if self.representation.polar else 0
         # The factor covers float32 rounding of the encoding itself.
         high = (high * (1.0 + 1e-6)).astype(np.float32)
@@ -77,8 +78,8 @@ class ObservationCodec:
         return self._encode(observation)
 
     def _encode(self, rows: NDArray[np.float32]) -> NDArray[np.float32]:
-        flat = rows if rows.ndim == 2 else rows[None]
-        coded: NDArray[np.float32] = map_rows(flat, self._matrix)
+        coded: NDArray[np.float32]
+        coded = self._map.of_rows(rows) if rows.ndim == 2 else self._map.of_numbers(rows).copy()
         if self._polar_size:
-            to_polar(coded[:, : self._polar_size])
-        return coded if rows.ndim == 2 else coded[0]
+            to_polar(coded[..., : self._polar_size])
+        return coded
