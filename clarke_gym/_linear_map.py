@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from clarke_gym._arrays import Number
 
-ROW_BLOCK = 16
+ROW_BLOCK = 32
 
 
 def map_rows(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
