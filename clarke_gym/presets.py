@@ -123,7 +123,8 @@ def make_robot(
         Tendons of every segment, spaced symmetrically from the first tendon's angle.
     n_segments : int, optional
         Number of segments; allowed where all segments of `robot` are alike. They are as long as
-        those of `robot`, but share `HOLDING_LENGTH_M` if they would be longer together.
+        those of `robot`, but share `HOLDING_LENGTH_M` if they would be longer together; then their
+        pretension rises as their length falls.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         As in `Segment`.
     material : str, optional
@@ -158,8 +159,7 @@ def make_robot(
         if any(segment != segments[0] for segment in segments):
             raise ValueError(f"n_segments needs equal segments; those of {robot.name!r} differ")
         shared = max(HOLDING_LENGTH_M, robot.length_m) / n_segments
-        first = replace(segments[0], length_m=min(segments[0].length_m, shared))
-        segments = (first,) * n_segments
+        segments = (_shortened(segments[0], shared),) * n_segments
     changes = {
         "length_m": segment_length_m,
         "pitch_radius_m": pitch_radius_m,
@@ -174,6 +174,14 @@ def make_robot(
         given.update(asdict(MATERIALS[material]))
     segments = tuple(replace(_with_tendons(segment, n_tendons), **given) for segment in segments)
     return replace(robot, segments=segments)
+
+
+def _shortened(segment: Segment, longest: float) -> Segment:
+    """Return a segment of at most that length, its tendons as far from slack when it bends."""
+    if segment.length_m <= longest:
+        return segment
+    tension = segment.pretension_n * segment.length_m / longest  # bending takes this much more
+    return replace(segment, length_m=longest, pretension_n=tension)
 
 
 def _with_tendons(segment: Segment, n_tendons: int | None) -> Segment:
