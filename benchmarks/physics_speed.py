@@ -10,8 +10,10 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import argparse
+import itertools
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import gymnasium as gym
 import mujoco
@@ -22,8 +24,9 @@ import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.timing import Workload, seconds_per_call
 from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.mjcf import PROFILES, build_chain
-from clarke_gym.physics.mujoco import MujocoPhysics, substeps
+from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.mjcf import PROFILES
+from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.presets import make_robot
 from clarke_gym.robots import Robot
 
@@ -34,6 +37,16 @@ COUNTS = (3, 8, 16, 32)
 SEGMENTS = (1, 2, 3)
 ENV_ID = "clarke_gym/Reach-v0"
 ENV_DT = 0.05
+EPISODE = 50
+STATE = sum(
+    int(part)
+    for part in (
+        mujoco.mjtState.mjSTATE_QPOS,
+        mujoco.mjtState.mjSTATE_QVEL,
+        mujoco.mjtState.mjSTATE_ACT,
+        mujoco.mjtState.mjSTATE_CTRL,
+    )
+)
 ACTION_SHARE = 0.3  # of the largest action, so that no robot meets its limits
 
 
@@ -65,54 +78,58 @@ def _command(robot: Robot, phase: float, off_manifold: float) -> JointVector:
     return JointVector.from_clarke(clarke, off)
 
 
-def bare(robot: Robot, control_dt: float, profile: str, count: int) -> Workload:
-    """Return the same number of time steps of the same model in a bare loop over `count` data."""
-    numbers = PROFILES[profile]
-    steps = substeps(control_dt, None, numbers.sim_dt_s)
-    model = build_chain(robot, numbers, sim_dt_s=control_dt / steps).model
-    data = [mujoco.MjData(model) for _ in range(count)]
-    # The tendons move back and forth as fast as under the environment's actions: a moving robot
-    # costs more than one at rest.
-    rng = np.random.default_rng(0)
-    rates = ACTION_SHARE * robot.max_tendon_speed_m_s * rng.uniform(-1.0, 1.0, (64, model.nu))
-    if not numbers.folded:
-        tendon = robot.segments[0]
-        for one in data:
-            one.act[:] = -tendon.pretension_n / tendon.tendon_stiffness_n_m
-    turn = iter(range(10**9))
-
-    def step() -> None:
-        rate = rates[next(turn) % 64]
-        for one in data:
-            one.ctrl[:] = rate
-            mujoco.mj_step(model, one, steps)
-
-    return step
-
-
-def environment(count: int, profile: str, **keywords: Any) -> Workload:
-    """Return one step of the environment: a batch, or the scalar one for `count` 1."""
-    keywords |= {"physics": "mujoco", "profile": profile, "representation": "clarke"}
-    keywords |= {"control_dt": ENV_DT, "threads": 1}
+def actor(count: int, profile: str, segments: int) -> tuple[Any, Workload]:
+    """Return an environment, a batch or the scalar one for `count` 1, and one step of it."""
+    keywords: dict[str, Any] = {"physics": "mujoco", "profile": profile, "n_segments": segments}
+    keywords |= {"representation": "clarke", "control_dt": ENV_DT, "threads": 1}
+    turn = itertools.count()
     if count > 1:
-        envs = gym.make_vec(
+        envs: Any = gym.make_vec(
             ENV_ID, num_envs=count, vectorization_mode="vector_entry_point", **keywords
         )
         envs.reset(seed=0)
         envs.action_space.seed(0)
         actions = [ACTION_SHARE * envs.action_space.sample() for _ in range(16)]
-        turn = iter(range(10**9))
-        return lambda: envs.step(actions[next(turn) % 16])
-    env = gym.make(ENV_ID, **keywords)
+        return envs, lambda: envs.step(actions[next(turn) % 16])
+    env: Any = gym.make(ENV_ID, **keywords)
     env.reset(seed=0)
     env.action_space.seed(0)
     single = [ACTION_SHARE * env.action_space.sample() for _ in range(64)]
-    turn = iter(range(10**9))
 
     def step() -> None:
         _, _, terminated, truncated, _ = env.step(single[next(turn) % 64])
         if terminated or truncated:
             env.reset()
+
+    return env, step
+
+
+def bare(count: int, profile: str, segments: int) -> Workload:
+    """Return the same control steps in a bare loop of `mj_step`, replayed from an environment."""
+    env, work = actor(count, profile, segments)
+    chain = env.unwrapped.core.physics.chain
+    tape: list[FloatArray] = []
+    run = Engine.run
+
+    def recorded(
+        self: Engine, rows: Any, start: FloatArray, end: FloatArray, steps: int, record: bool
+    ) -> Any:
+        if self.chain is chain:
+            rates = (end - start) / (steps * chain.model.opt.timestep)
+            tape.append(np.concatenate([self.qpos, self.qvel, start, rates], axis=1))
+        return run(self, rows, start, end, steps, record)
+
+    with mock.patch.object(Engine, "run", recorded):
+        for _ in range(EPISODE if count > 1 else 8 * EPISODE):
+            work()
+    steps = round(ENV_DT / chain.model.opt.timestep)
+    data = [mujoco.MjData(chain.model) for _ in range(count)]
+    turn = itertools.count()
+
+    def step() -> None:
+        for one, state in zip(data, tape[next(turn) % len(tape)], strict=True):
+            mujoco.mj_setState(chain.model, one, state, STATE)
+            mujoco.mj_step(chain.model, one, steps)
 
     return step
 
@@ -121,12 +138,11 @@ def overhead() -> list[str]:
     """Return lines about the environment's time over the bare loop's."""
     lines = []
     for profile in PROFILES:
-        for segments in (1, 3):
-            robot = make_robot(n_segments=segments)
+        for segments in SEGMENTS:
             for count, bar in ((BATCH, 0.9), (1, 0.8)):
                 workloads = {
-                    "bare": bare(robot, ENV_DT, profile, count),
-                    "env": environment(count, profile, n_segments=segments),
+                    "bare": bare(count, profile, segments),
+                    "env": actor(count, profile, segments)[1],
                 }
                 calls = (5 if profile == "fast" else 1) * (1 if count > 1 else 20)
                 times = seconds_per_call(workloads, ROUNDS, calls)

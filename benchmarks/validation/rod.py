@@ -11,7 +11,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.engine import quiet_engine
+from clarke_gym.physics.engine import QuietEngine
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import Profile, build_chain
 from clarke_gym.robots import Robot, Segment
@@ -97,7 +97,7 @@ def equilibrium(
     wrench = batch.bind("xfrc_applied")
     ids = [chain.model.body(load.body).id for load in loads]
     velocity = batch.bind("qvel")
-    with quiet_engine():
+    with QuietEngine():
         batch.forward()
         for turn in range(rounds):
             for load, body in zip(loads, ids, strict=True):

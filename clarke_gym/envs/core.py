@@ -17,7 +17,7 @@ from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.limits import CommandLimits, largest_magnitude
 from clarke_gym.envs.uniforms import UniformStreams
 from clarke_gym.physics.base import Joints, JointVector, Physics
-from clarke_gym.physics.constant_curvature import ConstantCurvature, replaced_rows
+from clarke_gym.physics.constant_curvature import ConstantCurvature
 from clarke_gym.robots import Robot, block_diagonal
 from clarke_gym.tasks.base import Task
 from clarke_gym.tasks.reach import Reach
@@ -155,7 +155,7 @@ class EnvCore:
         bends = JointVector.from_clarke(bending, scalar=len(rows) == 1).pairs
         clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
         self.physics.reset(rows, clarke)
-        self._command = replaced_rows(self._command, rows, clarke, self._scalar)
+        self._command = self._command.with_rows(rows, clarke)
         self.goal[rows] = sampled if goal is None else goal
         self._set_desired(rows)
         self.steps[rows] = 0
@@ -277,13 +277,12 @@ class EnvCore:
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""
-        off = self._command.off_manifold
         return {
             "physics": self.physics.get_state(),
             "streams": self.streams.get_state(),
             "steps": self.steps.copy(),
             "goal": self.goal.copy(),
-            "command": (self._command.clarke, None if off is None else off.copy()),
+            "command": self._command.get_state(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -293,7 +292,4 @@ class EnvCore:
         self.steps = state["steps"].copy()
         self.goal = state["goal"].copy()
         self._set_desired(np.arange(self.num_envs))
-        clarke, off = state["command"]
-        self._command = JointVector.from_clarke(
-            clarke, None if off is None else off.copy(), self._scalar
-        )
+        self._command = JointVector.from_state(state["command"], self._scalar)

@@ -40,7 +40,11 @@ class JointVector:
         cls, clarke: FloatArray, off_manifold: Joints | None = None, scalar: bool = False
     ) -> JointVector:
         """Make a vector from Clarke coordinates of shape (B, S, 2)."""
-        parts = components(clarke.reshape(len(clarke), -1), scalar)
+        return cls.from_flat(components(clarke.reshape(len(clarke), -1), scalar), off_manifold)
+
+    @classmethod
+    def from_flat(cls, parts: Sequence[Number], off_manifold: Joints | None = None) -> JointVector:
+        """Make a vector from 2S components in the order of the robot's encoder."""
         return cls(list(zip(parts[0::2], parts[1::2], strict=True)), off_manifold)
 
     def flat(self) -> list[Number]:
@@ -57,6 +61,55 @@ class JointVector:
         """Return the displacements rho [m], shape (B, N)."""
         rho = map_rows(from_components(self.flat()), robot.decoder.T)
         return rho if self.off_manifold is None else rho + self.off_manifold
+
+    def rows(self, pick: NDArray[np.intp]) -> JointVector:
+        """Return some robots' part of a batch; of the scalar environment, the whole."""
+        if isinstance(self.pairs[0][0], float):
+            return self
+        off: Any = self.off_manifold
+        return JointVector(
+            [(x[pick], y[pick]) for x, y in self.pairs], None if off is None else off[pick]
+        )
+
+    def with_rows(self, rows: NDArray[np.intp], clarke: FloatArray) -> JointVector:
+        """Return a copy with some robots on the manifold at `clarke` (rows, S, 2)."""
+        if isinstance(self.pairs[0][0], float):
+            return JointVector.from_clarke(clarke, scalar=True) if len(rows) else self
+        pairs = []
+        for s, pair in enumerate(self.pairs):
+            columns = [column.copy() for column in pair]
+            for axis, column in enumerate(columns):
+                column[rows] = clarke[:, s, axis]
+            pairs.append((columns[0], columns[1]))
+        off: Any = self.off_manifold
+        if off is not None:
+            off = off.copy()
+            off[rows] = 0.0
+        return JointVector(pairs, off)
+
+    def get_state(self) -> dict[str, Any]:
+        """Return a copy as arrays and lists."""
+        off = self.off_manifold
+        return {"clarke": self.clarke, "off_manifold": None if off is None else off.copy()}
+
+    @classmethod
+    def from_state(cls, state: dict[str, Any], scalar: bool) -> JointVector:
+        """Return the vector of `get_state`, bit for bit."""
+        off = state["off_manifold"]
+        return cls.from_clarke(state["clarke"], None if off is None else off.copy(), scalar)
+
+
+def approached(held: Any, target: Any, gain: float) -> Joints | None:
+    """Return off-manifold numbers that close the share `gain` of the gap to a target."""
+    if held is None and target is None:
+        return None
+    if isinstance(held, list) or isinstance(target, list):
+        zero = [0.0] * len(held or target)
+        pairs = zip(held or zero, target or zero, strict=True)
+        return [a + gain * (b - a) for a, b in pairs]
+    held, target = (0.0 if part is None else part for part in (held, target))
+    result: FloatArray = held + gain * (target - held)
+    return result
 
 
 @dataclass(slots=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.base import Joints, JointVector, RobotState
+from clarke_gym.physics.base import JointVector, RobotState, approached
 from clarke_gym.robots import Robot
 
 
@@ -68,7 +68,7 @@ class ConstantCurvature:
 
     def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
-        self._displacement = replaced_rows(self._displacement, rows, clarke, self._scalar)
+        self._displacement = self._displacement.with_rows(rows, clarke)
         self._state = None
 
     def step(self, command: JointVector) -> None:
@@ -78,21 +78,9 @@ class ConstantCurvature:
             (x + gain * (u - x), y + gain * (v - y))
             for (x, y), (u, v) in zip(held.pairs, command.pairs, strict=True)
         ]
-        off = command.off_manifold
-        if off is not None:
-            off = self._follow(held.off_manifold, off)
+        off = approached(held.off_manifold, command.off_manifold, gain)
         self._displacement = JointVector(pairs, off)
         self._state = None
-
-    def _follow(self, held: Any, off: Any) -> Joints:
-        """Return off-manifold displacements after one control period."""
-        gain = self._gain
-        if isinstance(off, list):
-            held = held or [0.0] * len(off)
-            return [a + gain * (b - a) for a, b in zip(held, off, strict=True)]
-        held = 0.0 if held is None else held
-        following: FloatArray = held + gain * (off - held)
-        return following
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
@@ -102,35 +90,9 @@ class ConstantCurvature:
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy of everything that the next step depends on."""
-        off = self._displacement.off_manifold
-        return {
-            "clarke": self._displacement.clarke,
-            "off_manifold": None if off is None else off.copy(),
-        }
+        return self._displacement.get_state()
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        off = state["off_manifold"]
-        self._displacement = JointVector.from_clarke(
-            state["clarke"], None if off is None else off.copy(), self._scalar
-        )
+        self._displacement = JointVector.from_state(state, self._scalar)
         self._state = None
-
-
-def replaced_rows(
-    vector: JointVector, rows: NDArray[np.intp], clarke: FloatArray, scalar: bool
-) -> JointVector:
-    """Return a copy of `vector` with `rows` on the manifold at `clarke` (rows, S, 2)."""
-    if scalar:
-        return JointVector.from_clarke(clarke, scalar=True)
-    pairs = []
-    for s, pair in enumerate(vector.pairs):
-        columns = [column.copy() for column in pair]
-        for axis, column in enumerate(columns):
-            column[rows] = clarke[:, s, axis]
-        pairs.append((columns[0], columns[1]))
-    off = vector.off_manifold
-    if off is not None:
-        off = off.copy()
-        off[rows] = 0.0
-    return JointVector(pairs, off)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
-
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym._arrays import FloatArray, Number, components
 from clarke_gym.physics.links import Chain
 
 _POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
@@ -27,15 +24,17 @@ def _ignore_warning(_: str) -> None:
     """Drop an engine warning: the batch counts them and the caller reports them."""
 
 
-@contextlib.contextmanager
-def quiet_engine() -> Iterator[None]:
+class QuietEngine:
     """Keep the engine from writing its warnings to a log file in the working directory."""
-    previous = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore_warning)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(previous)
+
+    def __enter__(self) -> None:
+        """Take the engine's warnings."""
+        self._previous = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(_ignore_warning)
+
+    def __exit__(self, *_: object) -> None:
+        """Give them back to whoever had them."""
+        mujoco.set_mju_user_warning(self._previous)
 
 
 class Engine:
@@ -60,9 +59,10 @@ class Engine:
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
+        self._timestep = model.opt.timestep
         self._tip = model.site("tip").id
         self._counts = self._batch.warning[:, :, 1]
-        self._warned, self._warnings_seen = self._warnings(), self._counts.sum()
+        self._warned, self._warnings_seen = self._warnings(), self._counts.tobytes()
         self.straight = model.tendon_length0.copy()
         self._record = np.zeros((num_envs, 0, model.ntendon))
 
@@ -102,9 +102,9 @@ class Engine:
             self._control[:] = end
         else:
             self._activation[:] = start
-            self._control[:] = (end - start) / (steps * self.chain.model.opt.timestep)
+            self._control[:] = (end - start) / (steps * self._timestep)
         lengths = None
-        with quiet_engine():
+        with QuietEngine():
             if not record:
                 self._batch.step(rows, nstep=steps)
             elif rows is None:
@@ -116,7 +116,7 @@ class Engine:
                 out = self._batch.rollout(steps, record=("ten_length",), ids=rows)
                 lengths = out["ten_length"]
         failed = np.zeros(len(self.qpos), dtype=bool)
-        seen = self._counts.sum()
+        seen = self._counts.tobytes()
         if seen != self._warnings_seen:
             warned = self._warnings()
             failed = warned != self._warned
@@ -127,13 +127,12 @@ class Engine:
         """Bring kinematics and tendon lengths up to the current joint coordinates."""
         self._batch.forward(stage=_POSITIONS)
 
-    def tip_position(self) -> FloatArray:
-        """Return the tips [m], shape (B, 3)."""
-        return self._sites[:, self._tip].copy()
-
-    def tip_quaternion(self) -> FloatArray:
-        """Return the tips' orientations (w, x, y, z), shape (B, 4)."""
-        return self._quaternions[:, -1].copy()
+    def tip_pose(self, scalar: bool) -> tuple[list[Number], list[Number]]:
+        """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
+        if scalar:
+            return self._sites[0, self._tip].tolist(), self._quaternions[0, -1].tolist()
+        poses = self._sites[:, self._tip], self._quaternions[:, -1]
+        return components(poses[0].copy(), False), components(poses[1].copy(), False)
 
     def stretch(self) -> FloatArray:
         """Return how much longer each tendon is than on the straight robot [m], (B, ntendon)."""

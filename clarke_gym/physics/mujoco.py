@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, components
-from clarke_gym._linear_map import map_rows
-from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym._arrays import FloatArray, FloatMath, components
+from clarke_gym._linear_map import LinearMap, map_rows
+from clarke_gym.physics.base import JointVector, RobotState, approached
 from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import PROFILES, STANDARD_GRAVITY_M_S2, build_chain, choice
-from clarke_gym.physics.tendons import Drives, TendonSprings
+from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
@@ -131,13 +132,14 @@ class MujocoPhysics:
         self.robot = robot
         self.num_envs = num_envs
         self._scalar = scalar
+        self._xp: Any = FloatMath if scalar else np
         self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
         tau = robot.actuator_time_constant_s
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
         # Environments keep to the rate limit; the margin leaves their commands' bits alone.
-        self._reach = (robot.tendon_speeds * control_dt * (1.0 + 1e-9))[:, None]
+        self._reach = (robot.tendon_speeds * control_dt * (1.0 + 1e-9)).tolist()
         if threads is None:
             threads = min(num_envs, os.cpu_count() or 1)
         elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
@@ -158,12 +160,16 @@ class MujocoPhysics:
         self._chord = routing == "chord"
         self._watch_slack = self._engine.chain.folded and bool(self._springs.pulls_only.any())
         chain = self._engine.chain
-        self._to_clarke = chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
+        to_clarke = chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
+        self._to_clarke = LinearMap(to_clarke)
+        self._to_folded = LinearMap(to_clarke @ self._springs.fold)
         self._ramp = (np.arange(1, self._substeps + 1) / self._substeps)[:, None]
-        self._drive = Drives(np.zeros((num_envs, robot.n_segments, 2)))
+        start = np.zeros((num_envs, robot.n_segments, 2))
+        self._drive = JointVector.from_clarke(start, scalar=scalar)
+        self._lengths: FloatArray | None = None  # the drive's lengths of the virtual tendons
         self._diverged = np.zeros(num_envs, dtype=bool)
         self._state: RobotState | None = None
-        self.reset(np.arange(num_envs), self._drive.clarke)
+        self.reset(np.arange(num_envs), start)
 
     @cached_property
     def _whole(self) -> Engine:
@@ -175,23 +181,27 @@ class MujocoPhysics:
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
-            tip = components(self._engine.tip_position(), self._scalar)
-            quaternion = components(self._engine.tip_quaternion(), self._scalar)
-            clarke, off = self._displacement()
-            displacement = JointVector.from_clarke(clarke, off, self._scalar)
-            self._state = RobotState(displacement, tip, quaternion, self._diverged)
+            tip, quaternion = self._engine.tip_pose(self._scalar)
+            self._state = RobotState(self._displacement(), tip, quaternion, self._diverged)
         return self._state
 
-    def _displacement(self) -> tuple[FloatArray, FloatArray | None]:
-        """Return the achieved displacements on (B, S, 2) and off (B, N) the manifold."""
-        robot, off = self.robot, None
+    def _displacement(self) -> JointVector:
+        """Return the displacements that the shape takes up."""
+        robot = self.robot
         if self._chord:
-            displacement = -self._engine.stretch()
-            clarke = map_rows(displacement, robot.encoder.T)
-            off = displacement - map_rows(clarke, robot.decoder.T)
-        else:
-            clarke = map_rows(self._engine.qpos, self._to_clarke)
-        return clarke.reshape(self.num_envs, robot.n_segments, 2), off
+            rows = -self._engine.stretch()
+            clarke = map_rows(rows, robot.encoder.T)
+            off = rows - map_rows(clarke, robot.decoder.T)
+            parts = components(clarke, self._scalar)
+            return JointVector.from_flat(parts, off[0].tolist() if self._scalar else off)
+        if self._scalar:
+            return JointVector.from_flat(self._to_clarke.of_numbers(self._engine.qpos[0]).tolist())
+        return JointVector.from_flat(components(self._to_clarke.of_rows(self._engine.qpos), False))
+
+    @property
+    def chain(self) -> Chain:
+        """The compiled model."""
+        return self._engine.chain
 
     @property
     def tension(self) -> FloatArray:
@@ -206,16 +216,18 @@ class MujocoPhysics:
         """Rate of every tendon's displacement [m/s], shape (B, N), at the current state."""
         if self._chord:
             return -self._engine.stretch_rate()
-        rates = map_rows(self._engine.qvel, self._to_clarke)
+        rates = self._to_clarke.of_rows(self._engine.qvel)
         return map_rows(rates, self.robot.decoder.T)
 
     def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
-        self._drive.set_rows(rows, 0.0 if self._tension_driven else clarke)
+        self._lengths = None
+        driven = np.zeros_like(clarke) if self._tension_driven else clarke
+        self._drive = self._drive.with_rows(rows, driven)
         self._diverged = self._diverged.copy()
         self._diverged[rows] = False
         bending = self._springs.equilibrium(clarke)
-        self._engine.qpos[rows] = map_rows(bending, self._engine.chain.shape.T)
+        self._engine.qpos[rows] = map_rows(bending, self.chain.shape.T)
         self._engine.qvel[rows] = 0.0
         self._refresh()
 
@@ -228,7 +240,7 @@ class MujocoPhysics:
         start, end = self._drive, self._approach(command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()
-        rows = np.flatnonzero(~self._diverged) if self._diverged.any() else None
+        rows = np.flatnonzero(~self._diverged) if np.count_nonzero(self._diverged) else None
         if engine.chain.folded:
             failed = self._step_folded(rows, start, end, before)
         else:
@@ -236,16 +248,17 @@ class MujocoPhysics:
         # One look at all rows is enough as long as nothing is wrong; nan fails the comparison.
         if not np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD:
             failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
-        if rows is not None or failed.any():
+        if rows is not None or np.count_nonzero(failed):
             self._diverged = self._diverged | failed
             stopped = np.flatnonzero(self._diverged)
             engine.qpos[stopped] = before[0][stopped]
             engine.qvel[stopped] = 0.0
-            end.set_rows(stopped, start.clarke[stopped])
+            end = end.with_rows(stopped, start.clarke[stopped])
+            self._lengths = None
         self._drive = end
         self._refresh()
 
-    def _targets(self, start: Drives, end: Drives) -> tuple[FloatArray, FloatArray]:
+    def _targets(self, start: JointVector, end: JointVector) -> tuple[FloatArray, FloatArray]:
         if self._tension_driven:
             tension = end.joint(self.robot)
             tension = np.where(self._springs.pulls_only, np.maximum(tension, 0.0), tension)
@@ -253,39 +266,37 @@ class MujocoPhysics:
         straight = self._engine.straight if self._chord else 0.0
         return straight + self._springs.lengths(start), straight + self._springs.lengths(end)
 
-    def _approach(self, command: JointVector) -> Drives:
+    def _approach(self, command: JointVector) -> JointVector:
         """Return where the drives get to within one control period."""
-        drive, gain = self._drive, self._gain
-        off = command.off_manifold
-        target = Drives(command.clarke, np.array([off]) if isinstance(off, list) else off)
+        drive, gain, xp = self._drive, self._gain, self._xp
         if self._tension_driven:
-            return target.rows(slice(None))
-        move = gain * (target.clarke - drive.clarke)
-        speed = np.sqrt(move[..., :1] * move[..., :1] + move[..., 1:] * move[..., 1:])
-        clarke = drive.clarke + move * (self._reach / np.maximum(speed, self._reach))
-        if target.off_manifold is None and drive.off_manifold is None:
-            return Drives(clarke)
-        zero = np.zeros((self.num_envs, self.robot.n_joints))
-        old = zero if drive.off_manifold is None else drive.off_manifold
-        new = zero if target.off_manifold is None else target.off_manifold
-        return Drives(clarke, old + gain * (new - old))
+            return command
+        pairs = []
+        rows = zip(drive.pairs, command.pairs, self._reach, strict=True)
+        for (x, y), (u, v), reach in rows:
+            u, v = gain * (u - x), gain * (v - y)
+            share = reach / xp.maximum(xp.sqrt(u * u + v * v), reach)
+            pairs.append((x + u * share, y + v * share))
+        off = approached(drive.off_manifold, command.off_manifold, gain)
+        return JointVector(pairs, off)
 
     def _step_folded(
         self,
         rows: NDArray[np.intp] | None,
-        start: Drives,
-        end: Drives,
+        start: JointVector,
+        end: JointVector,
         before: tuple[FloatArray, FloatArray],
     ) -> NDArray[np.bool_]:
         """Run folded tendons for taut robots, all tendons for the others; return failures."""
         springs, engine = self._springs, self._engine
-        first, last = springs.folded_lengths(start.clarke), springs.folded_lengths(end.clarke)
+        first = springs.folded_lengths(start) if self._lengths is None else self._lengths
+        last = self._lengths = springs.folded_lengths(end)
         if not self._watch_slack:
             return engine.run(rows, first, last, self._substeps, False)[0]
         failed = np.zeros(self.num_envs, dtype=bool)
         if start.off_manifold is not None:
             # A robot that starts slack need not be tried with folded tendons first.
-            loose = springs.slack(start, start, first[:, None], self._folded_length()[:, None])
+            loose = springs.slack(start, start, (self._folded_length() - first)[:, None])
             loose &= ~self._diverged
             if loose.any():
                 self._step_whole(np.flatnonzero(loose), start, end, before, failed)
@@ -295,29 +306,31 @@ class MujocoPhysics:
         given_up, record = engine.run(rows, first, last, self._substeps, True)
         assert record is not None  # as asked for
         failed |= given_up
-        record[:, :-1] = record[:, 1:]  # lengths at the end of every step
-        if rows is None:
-            record[:, -1] = self._folded_length()
-        else:
-            record[:, -1] = self._folded_length()[rows]
-            first, last = first[rows], last[rows]
-        drives = (start, end) if rows is None else (start.rows(rows), end.rows(rows))
-        ramp = first[:, None] + self._ramp * (last - first)[:, None]
-        slack = springs.slack(*drives, ramp, record)
-        if slack.any():
+        length, drives = self._folded_length(), (start, end)
+        if rows is not None:
+            first, last, length = first[rows], last[rows], length[rows]
+            drives = start.rows(rows), end.rows(rows)
+        # What acts in a time step is its length at the start; the next one's is that at its end.
+        gap = -first[:, None] - self._ramp * (last - first)[:, None]
+        gap[:, :-1] += record[:, 1:]
+        gap[:, -1] += length
+        slack = springs.slack(*drives, gap)
+        if np.count_nonzero(slack):
             again = np.flatnonzero(slack) if rows is None else rows[slack]
             self._step_whole(again, start, end, before, failed)
         return failed
 
     def _folded_length(self) -> FloatArray:
         """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        return self._springs.folded_change(map_rows(self._engine.qpos, self._to_clarke))
+        if self._scalar:
+            return self._to_folded.of_numbers(self._engine.qpos[0])[None]
+        return self._to_folded.of_rows(self._engine.qpos)
 
     def _step_whole(
         self,
         rows: NDArray[np.intp],
-        start: Drives,
-        end: Drives,
+        start: JointVector,
+        end: JointVector,
         before: tuple[FloatArray, FloatArray],
         failed: NDArray[np.bool_],
     ) -> None:
@@ -345,12 +358,10 @@ class MujocoPhysics:
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy of everything that the next step depends on."""
-        drive = self._drive.rows(slice(None))
         return {
             "qpos": self._engine.qpos.copy(),
             "qvel": self._engine.qvel.copy(),
-            "drive_clarke": drive.clarke,
-            "drive_off_manifold": drive.off_manifold,
+            "drive": self._drive.get_state(),
             "diverged": self._diverged.copy(),
         }
 
@@ -358,7 +369,7 @@ class MujocoPhysics:
         """Return to a state of `get_state`, bit for bit."""
         self._engine.qpos[:] = state["qpos"]
         self._engine.qvel[:] = state["qvel"]
-        drive = Drives(state["drive_clarke"], state["drive_off_manifold"])
-        self._drive = drive.rows(slice(None))
+        self._drive = JointVector.from_state(state["drive"], self._scalar)
+        self._lengths = None
         self._diverged = state["diverged"].copy()
         self._refresh()

@@ -2,46 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym._linear_map import map_rows
+from clarke_gym._linear_map import LinearMap, map_rows
+from clarke_gym.physics.base import JointVector
 from clarke_gym.robots import Robot, Segment, block_diagonal
-
-
-@dataclass(slots=True)
-class Drives:
-    """What the drives of B robots hold: displacements [m] or tensions [N].
-
-    Parameters
-    ----------
-    clarke : ndarray, shape (B, S, 2)
-        The part on the manifold.
-    off_manifold : ndarray of shape (B, N), or None
-        The rest; None where no row has any.
-    """
-
-    clarke: FloatArray
-    off_manifold: FloatArray | None = None
-
-    def joint(self, robot: Robot) -> FloatArray:
-        """Return one number for every tendon, shape (B, N)."""
-        joint = map_rows(self.clarke.reshape(len(self.clarke), -1), robot.decoder.T)
-        return joint if self.off_manifold is None else joint + self.off_manifold
-
-    def rows(self, pick: slice | NDArray[np.intp]) -> Drives:
-        """Return a copy of some robots' drives."""
-        off = self.off_manifold
-        return Drives(self.clarke[pick].copy(), None if off is None else off[pick].copy())
-
-    def set_rows(self, rows: NDArray[np.intp], clarke: FloatArray | float) -> None:
-        """Put some robots' drives at the Clarke coordinates `clarke` (rows, S, 2)."""
-        self.clarke[rows] = clarke
-        if self.off_manifold is not None:
-            self.off_manifold[rows] = 0.0
 
 
 def tendon_offsets(segment: Segment) -> FloatArray:
@@ -110,10 +77,13 @@ class TendonSprings:
         self._preload = np.array([s.pretension_n / s.tendon_stiffness_n_m for s in segments])
         # How far a tendon's stretch can exceed the magnitude of the Clarke coordinates.
         self._gain = np.array([s.radii.max() / s.pitch_radius_m for s in segments])
+        # Square of the shortest stretch that can slacken a tendon, with nothing off the manifold.
+        self._least_room = float(((self._preload / self._gain) ** 2).min())
         rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
-        self._fold = -rotation.T
+        self.fold = -rotation.T
+        self._fold_map = LinearMap(self.fold, columns=True)
         self._unfold = rotation
-        self._folded_preload = preload @ robot.encoder.T @ self._fold
+        self._folded_preload = preload @ robot.encoder.T @ self.fold
         self._shape, self._shape_offset = self._equilibrium(preload)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,22 +121,18 @@ class TendonSprings:
         tension = self.pretension + self.stiffness * (command - displacement)
         return np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
 
-    def lengths(self, command: Drives) -> FloatArray:
+    def lengths(self, command: JointVector) -> FloatArray:
         """Return the commanded change of every tendon's length [m], shape (B, N)."""
         return -command.joint(self.robot) - self.pretension / self.stiffness
 
-    def folded_lengths(self, clarke: FloatArray) -> FloatArray:
+    def folded_lengths(self, command: JointVector) -> FloatArray:
         """Return the commanded lengths of the virtual tendons [m], shape (B, 2S)."""
-        rows = np.ascontiguousarray(clarke).reshape(len(clarke), -1)
-        return map_rows(rows, self._fold) + self._folded_preload
+        parts = command.flat()
+        if isinstance(parts[0], float):
+            return self._fold_map.of_numbers(parts)[None] + self._folded_preload
+        return self._fold_map.of_columns(parts) + self._folded_preload
 
-    def folded_change(self, clarke: FloatArray) -> FloatArray:
-        """Return how far a shape shortens the virtual tendons, negative [m], shape (B, 2S)."""
-        return map_rows(clarke, self._fold)
-
-    def slack(
-        self, start: Drives, end: Drives, command: FloatArray, length: FloatArray
-    ) -> NDArray[np.bool_]:
+    def slack(self, start: JointVector, end: JointVector, gap: FloatArray) -> NDArray[np.bool_]:
         """Return which robots had a tendon that would have pushed after one of K time steps.
 
         The implicit integrator applies the tension at the end of each step, so that is what must
@@ -174,30 +140,36 @@ class TendonSprings:
 
         Parameters
         ----------
-        start, end : Drives
+        start, end : JointVector
             The drives before and after the K steps, of B robots.
-        command, length : ndarray, shape (B, K, 2S)
-            Commanded and actual lengths of the virtual tendons at the end of every step [m].
+        gap : ndarray, shape (B, K, 2S)
+            Actual less commanded lengths of the virtual tendons at the end of every step [m].
 
         Returns
         -------
         ndarray of bool, shape (B,)
         """
         robot = self.robot
-        batch, steps = command.shape[:2]
-        gap = length - command
-        gap += self._folded_preload
-        square = (gap * gap).reshape(batch, steps, robot.n_segments, 2).sum(-1).max(1)
-        off = [part.off_manifold for part in (start, end)]
-        room: FloatArray = self._preload
+        batch, steps = gap.shape[:2]
+        gap = gap + self._folded_preload
+        pairs = gap.reshape(batch, steps, robot.n_segments, 2)
+        square = np.einsum("bksi,bksi->bks", pairs, pairs)
+        off = [
+            None if part.off_manifold is None else np.atleast_2d(part.off_manifold)
+            for part in (start, end)
+        ]
+        result = np.zeros(batch, dtype=bool)
+        taut = all(part is None for part in off)
+        # Enough for all tendons of a segment, at a cost that does not grow with their number.
+        if taut and square.max() <= self._least_room:
+            return result
+        room = self._preload
         for part in off:
             if part is not None:
                 lowest = np.minimum.reduceat(part, self._first, axis=1)
                 room = np.minimum(room, self._preload + lowest)
-        # Enough for all tendons of a segment, at a cost that does not grow with their number.
-        room = np.maximum(room, 0.0)
-        doubtful = ((square * self._gain**2 > room * room) & self._pulling).any(1)
-        result = np.zeros(batch, dtype=bool)
+        room = np.maximum(room, 0.0) / self._gain
+        doubtful = ((square.max(1) > room * room) & self._pulling).any(1)
         if not doubtful.any():
             return result
         rows = np.flatnonzero(doubtful)
