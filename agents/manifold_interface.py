@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
 from clarke_gym.representations import Representation, make_representation
+from clarke_gym.wrappers import RepresentationAction, RepresentationObservation
+from clarke_gym.wrappers.vector import RepresentationAction as VectorAction
+from clarke_gym.wrappers.vector import RepresentationObservation as VectorObservation
 
 FloatArray = NDArray[np.float64]
 
@@ -56,8 +59,10 @@ class ManifoldInterface:
         self.step_m = (core.robot.tendon_speeds * core.config.control_dt)[:, None]
         self._absolute = core.config.control == "absolute"
         self._scale = np.repeat(core.robot.max_clarke, core.robot.n_tendons)
-        self._action = _representation_of(env, "RepresentationAction", core)
-        self._observation = _representation_of(env, "RepresentationObservation", core)
+        self._action = _representation_of(env, (RepresentationAction, VectorAction), core)
+        self._observation = _representation_of(
+            env, (RepresentationObservation, VectorObservation), core
+        )
 
     def sense(self, observation: Any) -> Sensed:
         """Return the observations (B, k), or a dictionary of them, in SI units."""
@@ -98,12 +103,12 @@ class ManifoldInterface:
         return result
 
 
-def _representation_of(env: Any, wrapper: str, core: EnvCore) -> Representation:
+def _representation_of(env: Any, wrappers: tuple[type, ...], core: EnvCore) -> Representation:
     """Return the representation of a wrapper in the stack; raw if there is none."""
     layer = env
     while layer is not layer.unwrapped:
-        if any(base.__name__ == wrapper for base in type(layer).__mro__):
-            representation: Representation = layer._codec.representation
+        if isinstance(layer, wrappers):
+            representation: Representation = layer.representation  # type: ignore[attr-defined]
             return representation
         layer = layer.env
     return make_representation("raw", core.robot)

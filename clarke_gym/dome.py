@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym._arrays import Array, FloatArray, array_namespace, matrix_like
 from clarke_gym.arc_functions import half_angle_functions
 
 
@@ -56,7 +57,7 @@ def _dome_table() -> tuple[FloatArray, FloatArray]:
     return angles, np.concatenate([[0.0], np.cumsum(areas)])
 
 
-def sample_dome(uniforms: NDArray[np.float64], max_bending: ArrayLike) -> FloatArray:
+def sample_dome(uniforms: Array, max_bending: ArrayLike) -> Array:
     """Return bending vectors whose tip positions are uniform over the dome of one segment.
 
     Uniform Clarke coordinates would crowd the dome's rim: there the same step in bending moves the
@@ -64,14 +65,14 @@ def sample_dome(uniforms: NDArray[np.float64], max_bending: ArrayLike) -> FloatA
 
     Parameters
     ----------
-    uniforms : ndarray, shape (..., 2)
+    uniforms : array, shape (..., 2)
         Independent uniform numbers in [0, 1).
     max_bending : array_like, shape (...)
         Bending limit [rad], at most 2 pi.
 
     Returns
     -------
-    ndarray, shape (..., 2)
+    array, shape (..., 2)
         Bending vectors [rad].
 
     Examples
@@ -80,8 +81,16 @@ def sample_dome(uniforms: NDArray[np.float64], max_bending: ArrayLike) -> FloatA
     array([[0. , 0. ],
            [0. , 1.5]])
     """
-    angles, areas = _dome_table()
+    xp, (angles, areas) = array_namespace(uniforms), _dome_table()
     total = np.interp(np.asarray(max_bending, dtype=np.float64), angles, areas)
-    phi = np.interp(uniforms[..., 0] * total, areas, angles)
-    theta = 2.0 * np.pi * uniforms[..., 1]
-    return np.stack([phi * np.cos(theta), phi * np.sin(theta)], axis=-1)
+    if xp is np:
+        uniforms = np.asarray(uniforms)
+        phi = np.interp(uniforms[..., 0] * total, areas, angles).astype(uniforms.dtype)
+    else:
+        area = uniforms[..., 0] * matrix_like(total, uniforms)
+        below = np.searchsorted(areas[1:-1], area.detach().cpu().numpy(), side="right")
+        low, high = (matrix_like(areas[below + k], uniforms) for k in (0, 1))
+        first, last = (matrix_like(angles[below + k], uniforms) for k in (0, 1))
+        phi = first + (area - low) / (high - low) * (last - first)
+    theta = 2.0 * math.pi * uniforms[..., 1]
+    return xp.stack([phi * xp.cos(theta), phi * xp.sin(theta)], -1)

@@ -1,4 +1,4 @@
-r"""Inverse kinematics of constant-curvature segments, and what they can reach.
+r"""Inverse kinematics of one constant-curvature segment in closed form.
 
 One segment has a closed form: with r the tip's distance from the base axis the bending angle is
 :math:`\phi = 2\,\mathrm{atan2}(r, p_z)`. Everything is written in
@@ -7,16 +7,12 @@ One segment has a closed form: with r the tip's distance from the base axis the 
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from clarke_gym._arrays import Array, array_namespace, as_floating, parameter
-from clarke_gym.arc_functions import angle_over_sine, half_angle_functions
-from clarke_gym.kinematics import segment_pose
+from clarke_gym.arc_functions import angle_over_sine
 
 
-def _check(array: Array, size: int, name: str) -> Array:
+def checked(array: Array, size: int, name: str) -> Array:
+    """Return `array` as a floating array with a last axis of `size`, or say what is wrong."""
     array = as_floating(array, name)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name} must have a last axis of {size}, got {tuple(array.shape)}")
@@ -25,7 +21,7 @@ def _check(array: Array, size: int, name: str) -> Array:
 
 def _tip(position: Array) -> tuple[Array, Array, Array, Array]:
     """Return position, lateral square, whole square, and t / sin t of half the bending angle."""
-    position = _check(position, 3, "position")
+    position = checked(position, 3, "position")
     x, y, z = (position[..., i] for i in range(3))
     lateral = x * x + y * y
     if bool(((lateral == 0.0) & (z <= 0.0)).any()):
@@ -62,6 +58,7 @@ def segment_inverse_extensible(position: Array) -> tuple[Array, Array]:
 
     Examples
     --------
+    >>> import numpy as np
     >>> bending, length = segment_inverse_extensible(np.array([0.0, 0.0, 0.2]))
     >>> bending, length
     (array([0., 0.]), np.float64(0.2))
@@ -77,7 +74,8 @@ def segment_inverse(position: Array, length: Array | float) -> tuple[Array, Arra
 
     A segment of fixed length reaches only a surface, the dome. The tip has the direction of
     `position`; the residual :math:`|p| - l\sin(t)/t` says how far beyond (> 0) or short of the dome
-    the position lies. It is not the nearest point of the dome; see `nearest_on_dome`.
+    the position lies. It is not the nearest point of the dome, which `nearest_on_dome` of
+    `clarke_gym.reachability` finds.
 
     Parameters
     ----------
@@ -100,6 +98,7 @@ def segment_inverse(position: Array, length: Array | float) -> tuple[Array, Arra
 
     Examples
     --------
+    >>> import numpy as np
     >>> bending, residual = segment_inverse(np.array([0.0, 0.0, 0.25]), 0.2)
     >>> bending, residual.round(3)
     (array([0., 0.]), np.float64(0.05))
@@ -134,119 +133,13 @@ def bending_from_quaternion(quaternion: Array) -> Array:
 
     Examples
     --------
+    >>> import numpy as np
     >>> bending_from_quaternion(np.array([1.0, 0.0, 0.0, 0.0]))
     array([ 0., -0.])
     """
-    quaternion = _check(quaternion, 4, "quaternion")
+    quaternion = checked(quaternion, 4, "quaternion")
     xp = array_namespace(quaternion)
     w, x, y = (quaternion[..., i] for i in range(3))
     lateral = x * x + y * y
     factor = 2.0 * angle_over_sine(lateral, w, lateral + w * w)
     return xp.stack([factor * y, -factor * x], -1)
-
-
-def nearest_on_dome(
-    position: Array, length: Array | float, max_bending: float = 2.0 * math.pi
-) -> tuple[Array, Array]:
-    """Return the bending vector whose tip is nearest to a position, and the distance left.
-
-    Golden-section search over the bending angle, the direction being that of the position.
-
-    Parameters
-    ----------
-    position : ndarray, shape (..., 3)
-        [m].
-    length : float or ndarray, shape (...)
-        Segment length l [m].
-    max_bending : float
-        Bending limit [rad], at most 2 pi.
-
-    Returns
-    -------
-    bending : ndarray, shape (..., 2)
-        [rad].
-    distance : ndarray, shape (...)
-        [m].
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `position` is not real or its last axis is not 3.
-
-    Examples
-    --------
-    >>> bending, distance = nearest_on_dome(np.array([0.0, 0.0, 0.25]), 0.2)
-    >>> np.abs(bending).max() < 1e-6, round(float(distance), 6)
-    (np.True_, 0.05)
-    """
-    position = np.asarray(_check(position, 3, "position"), np.float64)
-    length = parameter(length, position)
-    radius = np.hypot(position[..., 0], position[..., 1])
-    axial = position[..., 2]
-
-    def gap(phi: Array) -> Array:
-        cosine, h = half_angle_functions(phi * phi)
-        scale = 2.0 * length * h if isinstance(length, float) else 2.0 * length[..., None] * h
-        return np.hypot(scale * phi * h - radius[..., None], scale * cosine - axial[..., None])
-
-    grid = np.linspace(0.0, max_bending, 129)
-    best = grid[np.argmin(gap(np.broadcast_to(grid, (*radius.shape, 129))), axis=-1)]
-    low, high = np.maximum(best - grid[1], 0.0), np.minimum(best + grid[1], max_bending)
-    golden = (math.sqrt(5.0) - 1.0) / 2.0
-    for _ in range(60):
-        span = golden * (high - low)
-        left, right = high - span, low + span
-        both = gap(np.stack([left, right], axis=-1))
-        lower = both[..., 0] < both[..., 1]
-        low, high = np.where(lower, low, left), np.where(lower, right, high)
-    phi = (low + high) / 2.0
-    safe = np.where(radius > 0.0, radius, 1.0)
-    direction = np.where(radius[..., None] > 0.0, position[..., :2] / safe[..., None], [1.0, 0.0])
-    bending = phi[..., None] * direction
-    reached, _ = segment_pose(bending, length)
-    return bending, np.linalg.norm(reached - position, axis=-1)
-
-
-def is_reachable(
-    position: Array,
-    length: float | tuple[float, float],
-    max_bending: float,
-    tolerance_m: float = 1e-9,
-) -> Array:
-    """Return whether one segment's tip can be brought to a position.
-
-    Parameters
-    ----------
-    position : array, shape (..., 3)
-        [m].
-    length : float or (shortest, longest)
-        Segment length, or its range if the segment is extensible [m].
-    max_bending : float
-        Bending limit [rad].
-    tolerance_m : float
-        Error that counts as reached [m].
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `position` is not real or its last axis is not 3.
-
-    Examples
-    --------
-    >>> tip = np.array([[0.0, 0.0, 0.2], [0.0, 0.0, 0.21]])
-    >>> is_reachable(tip, 0.2, 1.5), is_reachable(tip, (0.19, 0.22), 1.5)
-    (array([ True, False]), array([ True,  True]))
-    """
-    if not isinstance(length, tuple):
-        return nearest_on_dome(position, length, max_bending)[1] <= tolerance_m
-    position = _check(position, 3, "position")
-    on_axis = (position[..., :2] == 0.0).all(-1) & (position[..., 2] <= 0.0)
-    safe = np.where(on_axis[..., None], [0.0, 0.0, 1.0], position)
-    bending, arc = segment_inverse_extensible(safe)
-    inside = (arc >= length[0] - tolerance_m) & (arc <= length[1] + tolerance_m)
-    slack = tolerance_m / arc  # an angle that moves the tip by less than the tolerance
-    return inside & (np.linalg.norm(bending, axis=-1) <= max_bending + slack) & ~on_axis

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
-from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating
+from clarke_gym._arrays import Array, array_namespace, as_floating
 from clarke_gym.dome import sample_dome
 
 
@@ -53,6 +50,7 @@ def sample_disk(uniforms: Array, radius: float) -> Array:
 
     Examples
     --------
+    >>> import numpy as np
     >>> sample_disk(np.array([[0.25, 0.0], [1.0, 0.25]]), 0.01).round(6)
     array([[0.005, 0.   ],
            [0.   , 0.01 ]])
@@ -85,6 +83,7 @@ def sample_shaped(uniforms: Array, radius: float, quantile: Callable[[Array], Ar
 
     Examples
     --------
+    >>> import numpy as np
     >>> sample_shaped(np.array([0.5, 0.5]), 0.01, lambda share: share).round(6) + 0.0
     array([-0.005,  0.   ])
     """
@@ -95,14 +94,12 @@ def sample_shaped(uniforms: Array, radius: float, quantile: Callable[[Array], Ar
     return xp.stack([magnitude * xp.cos(angle), magnitude * xp.sin(angle)], -1)
 
 
-def sample_tips(
-    uniforms: NDArray[np.float64], max_bending: float, pitch_radius: float
-) -> FloatArray:
+def sample_tips(uniforms: Array, max_bending: float, pitch_radius: float) -> Array:
     """Return Clarke coordinates whose tip positions are uniform over the dome of one segment.
 
     Parameters
     ----------
-    uniforms : ndarray, shape (..., 2)
+    uniforms : array, shape (..., 2)
         Independent uniform numbers in [0, 1).
     max_bending : float
         Bending limit [rad], at most 2 pi.
@@ -111,7 +108,7 @@ def sample_tips(
 
     Returns
     -------
-    ndarray, shape (..., 2)
+    array, shape (..., 2)
         [m].
 
     Raises
@@ -121,6 +118,7 @@ def sample_tips(
 
     Examples
     --------
+    >>> import numpy as np
     >>> sample_tips(np.array([[1.0, 0.0]]), 1.5, 0.01)
     array([[0.015, 0.   ]])
     """

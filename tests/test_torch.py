@@ -14,6 +14,8 @@ from clarke_gym.jacobians import segment_jacobian, tip_jacobian
 from clarke_gym.joints import stroke_to_displacement
 from clarke_gym.layouts import Layout, map_design
 from clarke_gym.presets import PRESETS, make_robot
+from clarke_gym.reachability import is_reachable, nearest_on_dome
+from clarke_gym.sampling import sample_disk, sample_tips
 from clarke_gym.spaces import SpaceChain
 
 torch = pytest.importorskip("torch")
@@ -51,7 +53,10 @@ MAPS = {
     "tip_jacobian": (lambda x: tip_jacobian(x, LENGTHS, extensible=True), (2, 2)),
     "inverse_extensible": (lambda x: segment_inverse_extensible(_up(x)), (3,)),
     "inverse": (lambda x: segment_inverse(_up(x), 0.2), (3,)),
+    "nearest_inverse": (lambda x: nearest_on_dome(0.9 * _up(x), 0.2, 2.0), (3,)),
     "from_quaternion": (lambda x: bending_from_quaternion(_unit(x)), (3,)),
+    "sample_tips": (lambda x: sample_tips(0.5 + 0.1 * x * x, 1.5, 0.01), (2,)),
+    "sample_disk": (lambda x: sample_disk(0.5 + 0.1 * x * x, 0.01), (2,)),
     "f_dyn": (SLIM.f_dyn, (6,)),
     "f_dyn_inverse": (SLIM.f_dyn_inverse, (6,)),
     "f_dep": (SLIM.f_dep, (6,)),
@@ -99,7 +104,9 @@ def test_torch_equals_numpy_in_value_kind_and_precision(name, dtype):
             np.testing.assert_allclose(got.numpy(), want, rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("name", [name for name in MAPS if name != "normalised"])
+@pytest.mark.parametrize(
+    "name", [name for name in MAPS if name not in ("normalised", "sample_tips")]
+)
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-9, 0.03])
 def test_gradients_are_finite_and_right_also_when_straight(name, size):
     function, shape = MAPS[name]
@@ -137,3 +144,9 @@ def test_gradient_descent_from_the_straight_robot_brings_the_tip_to_a_goal():
         optimiser.step()
     tip = ONE.f_ind(ONE.f_dep(rho.detach()))[0]
     assert float((tip - goal).norm()) < 1e-4
+
+
+def test_reachability_answers_in_torch():
+    tips = torch.tensor([[0.0, 0.0, 0.2], [0.0, 0.0, 0.21], [0.0, 0.0, -0.1]], dtype=torch.float64)
+    assert is_reachable(tips[:2], 0.2, 1.5).tolist() == [True, False]
+    assert is_reachable(tips, (0.19, 0.22), 1.5).tolist() == [True, True, False]

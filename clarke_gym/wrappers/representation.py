@@ -8,6 +8,7 @@ import gymnasium as gym
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike
 
+from clarke_gym.representations import Representation
 from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
 
 
@@ -47,6 +48,11 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
         self.action_space = self._codec.space
         _forward_compute_reward(self)
 
+    @property
+    def representation(self) -> Representation:
+        """The maps between actions and joint space."""
+        return self._codec.representation
+
     def action(self, action: ArrayLike) -> Any:
         """Return the joint-space action."""
         return self._codec.decode(action)
@@ -84,6 +90,11 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
         self._codec = ObservationCodec(core, representation, env.observation_space)
         self.observation_space = self._codec.space
         _forward_compute_reward(self)
+
+    @property
+    def representation(self) -> Representation:
+        """The maps between observed numbers and joint space."""
+        return self._codec.representation
 
     def observation(self, observation: Any) -> Any:
         """Return the observation with its joint blocks encoded."""

@@ -12,6 +12,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import batch_space
 
+from clarke_gym.representations import Representation
 from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
 
 _VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
@@ -38,6 +39,11 @@ class RepresentationAction(gym.vector.VectorWrapper):
         self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
         self.single_action_space = self._codec.space
         self.action_space = batch_space(self._codec.space, self.num_envs)
+
+    @property
+    def representation(self) -> Representation:
+        """The maps between actions and joint space."""
+        return self._codec.representation
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Decode the actions and advance."""
@@ -66,6 +72,11 @@ class RepresentationObservation(gym.vector.VectorWrapper):
         self._codec = ObservationCodec(core, representation, env.single_observation_space)
         self.single_observation_space = self._codec.space
         self.observation_space = batch_space(self._codec.space, self.num_envs)
+
+    @property
+    def representation(self) -> Representation:
+        """The maps between observed numbers and joint space."""
+        return self._codec.representation
 
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
         """Reset and encode."""
