@@ -48,6 +48,43 @@ PROFILES = {
 }
 
 
+def substeps(control_dt: float, sim_dt: float | None, longest: float) -> int:
+    """Return how many time steps make one control period.
+
+    Parameters
+    ----------
+    control_dt : float
+        Control period [s].
+    sim_dt : float or None
+        Time step [s], which must divide the control period; None for the longest that does.
+    longest : float
+        Longest time step where `sim_dt` is None [s].
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ValueError
+        If a time is not positive or `sim_dt` does not divide `control_dt`.
+
+    Examples
+    --------
+    >>> substeps(0.05, None, 0.004), substeps(0.05, 0.01, 0.004)
+    (13, 5)
+    """
+    for name, value in (("control_dt", control_dt), ("sim_dt_s", sim_dt)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} must be a positive finite number, got {value!r}")
+    if sim_dt is None:
+        return max(1, math.ceil(control_dt / longest - 1e-9))
+    count = round(control_dt / sim_dt)
+    if count < 1 or abs(count * sim_dt - control_dt) > 1e-9 * control_dt:
+        raise ValueError(f"sim_dt_s={sim_dt!r} must divide the control period {control_dt!r} s")
+    return count
+
+
 def choice(name: str, value: str, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of the allowed names, or say which are."""
     if value not in allowed:

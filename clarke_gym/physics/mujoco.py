@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,49 +14,19 @@ from clarke_gym._arrays import FloatArray, FloatMath, components
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.physics.base import JointVector, RobotState, approached
 from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.folding import FoldedSteps
 from clarke_gym.physics.links import Chain
-from clarke_gym.physics.mjcf import PROFILES, STANDARD_GRAVITY_M_S2, build_chain, choice
+from clarke_gym.physics.mjcf import (
+    PROFILES,
+    STANDARD_GRAVITY_M_S2,
+    build_chain,
+    choice,
+    substeps,
+)
 from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
-
-
-def substeps(control_dt: float, sim_dt: float | None, longest: float) -> int:
-    """Return how many time steps make one control period.
-
-    Parameters
-    ----------
-    control_dt : float
-        Control period [s].
-    sim_dt : float or None
-        Time step [s], which must divide the control period; None for the longest that does.
-    longest : float
-        Longest time step where `sim_dt` is None [s].
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    ValueError
-        If a time is not positive or `sim_dt` does not divide `control_dt`.
-
-    Examples
-    --------
-    >>> substeps(0.05, None, 0.004), substeps(0.05, 0.01, 0.004)
-    (13, 5)
-    """
-    for name, value in (("control_dt", control_dt), ("sim_dt_s", sim_dt)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be a positive finite number, got {value!r}")
-    if sim_dt is None:
-        return max(1, math.ceil(control_dt / longest - 1e-9))
-    count = round(control_dt / sim_dt)
-    if count < 1 or abs(count * sim_dt - control_dt) > 1e-9 * control_dt:
-        raise ValueError(f"sim_dt_s={sim_dt!r} must divide the control period {control_dt!r} s")
-    return count
 
 
 class MujocoPhysics:
@@ -158,22 +127,21 @@ class MujocoPhysics:
         self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
         self._tension_driven = actuation == "tension"
         self._chord = routing == "chord"
-        self._watch_slack = self._engine.chain.folded and bool(self._springs.pulls_only.any())
-        chain = self._engine.chain
-        to_clarke = chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
+        to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
         self._to_clarke = LinearMap(to_clarke)
-        self._to_folded = LinearMap(to_clarke @ self._springs.fold)
-        self._ramp = (np.arange(1, self._substeps + 1) / self._substeps)[:, None]
+        self._folded: FoldedSteps | None = None
+        if self.chain.folded:
+            self._folded = FoldedSteps(
+                self._engine, self._make_whole, self._springs, to_clarke, self._substeps, scalar
+            )
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
-        self._lengths: FloatArray | None = None  # the drive's lengths of the virtual tendons
         self._diverged = np.zeros(num_envs, dtype=bool)
         self._state: RobotState | None = None
         self.reset(np.arange(num_envs), start)
 
-    @cached_property
-    def _whole(self) -> Engine:
-        """The same robots with all their tendons, for control steps in which one is slack."""
+    def _make_whole(self) -> Engine:
+        """Return the same robots with all their tendons, for steps in which one is slack."""
         chain = build_chain(self.robot, self._profile, folded=False, **self._options)
         return Engine(chain, self.num_envs, self._threads)
 
@@ -221,7 +189,6 @@ class MujocoPhysics:
 
     def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
-        self._lengths = None
         driven = np.zeros_like(clarke) if self._tension_driven else clarke
         self._drive = self._drive.with_rows(rows, driven)
         self._diverged = self._diverged.copy()
@@ -240,21 +207,21 @@ class MujocoPhysics:
         start, end = self._drive, self._approach(command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()
-        rows = np.flatnonzero(~self._diverged) if np.count_nonzero(self._diverged) else None
-        if engine.chain.folded:
-            failed = self._step_folded(rows, start, end, before)
+        active = ~self._diverged if np.count_nonzero(self._diverged) else None
+        if self._folded is not None:
+            failed = self._folded.run(active, start, end, before)
         else:
+            rows = None if active is None else np.flatnonzero(active)
             failed, _ = engine.run(rows, *self._targets(start, end), self._substeps, False)
         # One look at all rows is enough as long as nothing is wrong; nan fails the comparison.
         if not np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD:
             failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
-        if rows is not None or np.count_nonzero(failed):
+        if active is not None or np.count_nonzero(failed):
             self._diverged = self._diverged | failed
             stopped = np.flatnonzero(self._diverged)
             engine.qpos[stopped] = before[0][stopped]
             engine.qvel[stopped] = 0.0
             end = end.with_rows(stopped, start.clarke[stopped])
-            self._lengths = None
         self._drive = end
         self._refresh()
 
@@ -270,7 +237,7 @@ class MujocoPhysics:
         """Return where the drives get to within one control period."""
         drive, gain, xp = self._drive, self._gain, self._xp
         if self._tension_driven:
-            return command
+            return JointVector.from_state(command.get_state(), self._scalar)
         pairs = []
         rows = zip(drive.pairs, command.pairs, self._reach, strict=True)
         for (x, y), (u, v), reach in rows:
@@ -279,68 +246,6 @@ class MujocoPhysics:
             pairs.append((x + u * share, y + v * share))
         off = approached(drive.off_manifold, command.off_manifold, gain)
         return JointVector(pairs, off)
-
-    def _step_folded(
-        self,
-        rows: NDArray[np.intp] | None,
-        start: JointVector,
-        end: JointVector,
-        before: tuple[FloatArray, FloatArray],
-    ) -> NDArray[np.bool_]:
-        """Run folded tendons for taut robots, all tendons for the others; return failures."""
-        springs, engine = self._springs, self._engine
-        first = springs.folded_lengths(start) if self._lengths is None else self._lengths
-        last = self._lengths = springs.folded_lengths(end)
-        if not self._watch_slack:
-            return engine.run(rows, first, last, self._substeps, False)[0]
-        failed = np.zeros(self.num_envs, dtype=bool)
-        if start.off_manifold is not None:
-            # A robot that starts slack need not be tried with folded tendons first.
-            loose = springs.slack(start, start, (self._folded_length() - first)[:, None])
-            loose &= ~self._diverged
-            if loose.any():
-                self._step_whole(np.flatnonzero(loose), start, end, before, failed)
-                rows = np.flatnonzero(~(loose | self._diverged))
-                if not rows.size:
-                    return failed
-        given_up, record = engine.run(rows, first, last, self._substeps, True)
-        assert record is not None  # as asked for
-        failed |= given_up
-        length, drives = self._folded_length(), (start, end)
-        if rows is not None:
-            first, last, length = first[rows], last[rows], length[rows]
-            drives = start.rows(rows), end.rows(rows)
-        # What acts in a time step is its length at the start; the next one's is that at its end.
-        gap = -first[:, None] - self._ramp * (last - first)[:, None]
-        gap[:, :-1] += record[:, 1:]
-        gap[:, -1] += length
-        slack = springs.slack(*drives, gap)
-        if np.count_nonzero(slack):
-            again = np.flatnonzero(slack) if rows is None else rows[slack]
-            self._step_whole(again, start, end, before, failed)
-        return failed
-
-    def _folded_length(self) -> FloatArray:
-        """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        if self._scalar:
-            return self._to_folded.of_numbers(self._engine.qpos[0])[None]
-        return self._to_folded.of_rows(self._engine.qpos)
-
-    def _step_whole(
-        self,
-        rows: NDArray[np.intp],
-        start: JointVector,
-        end: JointVector,
-        before: tuple[FloatArray, FloatArray],
-        failed: NDArray[np.bool_],
-    ) -> None:
-        """Run the control step of the robots `rows` with all their tendons."""
-        whole, engine = self._whole, self._engine
-        whole.qpos[rows], whole.qvel[rows] = before[0][rows], before[1][rows]
-        targets = self._springs.lengths(start), self._springs.lengths(end)
-        given_up, _ = whole.run(rows, *targets, self._substeps, False)
-        engine.qpos[rows], engine.qvel[rows] = whole.qpos[rows], whole.qvel[rows]
-        failed[rows] = given_up[rows]
 
     def _refresh(self) -> None:
         self._engine.refresh()
@@ -370,6 +275,5 @@ class MujocoPhysics:
         self._engine.qpos[:] = state["qpos"]
         self._engine.qvel[:] = state["qvel"]
         self._drive = JointVector.from_state(state["drive"], self._scalar)
-        self._lengths = None
         self._diverged = state["diverged"].copy()
         self._refresh()
