@@ -10,6 +10,7 @@ import importlib
 import itertools
 import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -139,7 +140,13 @@ class Picture:
 
     def __init__(self, robot: Robot, width: int = 480, height: int = 480) -> None:
         self._robot = robot
-        length = robot.length_m
+        # A context belongs to a thread; in the caller's, that of a window may be current.
+        self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
+        self._open = True
+        self._thread.submit(self._make, width, height).result()
+
+    def _make(self, width: int, height: int) -> None:
+        length = self._robot.length_m
         self._context = _make_context(width, height)
         self._model = _make_model(width, height, length)
         self._data = mujoco.MjData(self._model)
@@ -184,6 +191,16 @@ class Picture:
         depth : ndarray of float32, shape (height, width)
             Distance from the camera plane [m].
         """
+        return self._thread.submit(self._draw, backbone, points, load, goal, success).result()
+
+    def _draw(
+        self,
+        backbone: FloatArray,
+        points: int,
+        load: FloatArray,
+        goal: Sequence[float] | None,
+        success: bool,
+    ) -> tuple[Image, NDArray[np.float32]]:
         self._context.make_current()
         mujoco.mjv_updateScene(
             self._model,
@@ -205,10 +222,14 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self._context is not None:
-            self._render.free()
-            self._context.free()
-            self._context = None
+        if self._open:
+            self._open = False
+            self._thread.submit(self._free).result()
+            self._thread.shutdown()
+
+    def _free(self) -> None:
+        self._render.free()
+        self._context.free()
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
