@@ -108,7 +108,9 @@ def approached(held: Any, target: Any, gain: float) -> Joints | None:
         pairs = zip(held or zero, target or zero, strict=True)
         return [a + gain * (b - a) for a, b in pairs]
     held, target = (0.0 if part is None else part for part in (held, target))
-    result: FloatArray = held + gain * (target - held)
+    result: FloatArray = np.asarray(target - held)
+    result *= gain
+    result += held
     return result
 
 

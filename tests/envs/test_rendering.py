@@ -1,5 +1,7 @@
 """Pictures: shape, what they show, headless, recording, and clear errors."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -146,3 +148,15 @@ def test_transported_frames_follow_the_kinematics():
     np.testing.assert_allclose(
         y[-1], kinematics.rotate(quaternion, np.array([0, 1.0, 0])), atol=0.01
     )
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_any_thread_draws_and_the_callers_own_context_stays():
+    """A window's context is current in the caller's thread while it asks for pictures."""
+    env = gym.make(ID, render_mode="rgb_array", render_width=64, render_height=64)
+    env.reset(seed=0)
+    first = env.render()
+    with ThreadPoolExecutor(1) as other:
+        second = other.submit(env.render).result()
+    np.testing.assert_array_equal(first, second)
+    env.close()
