@@ -6,8 +6,8 @@ from pathlib import Path
 from agents import plots
 from agents.bootstrap import REPS
 from agents.files import write_bytes
+from agents.loading import load_study
 from agents.report_html import Picture, page
-from agents.results import load_study
 from agents.summary import Summary, summarise
 from agents.tables import (
     arm_table,

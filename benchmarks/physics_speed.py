@@ -134,9 +134,32 @@ def bare(count: int, profile: str, segments: int) -> Workload:
     return step
 
 
+def reacher() -> str:
+    """Return the same line for Gymnasium's Reacher-v5: what Python costs at the least."""
+    env = gym.make("Reacher-v5")
+    env.reset(seed=0)
+    action = np.zeros(2, np.float32)
+    base: Any = env.unwrapped
+
+    def step() -> None:
+        if any(env.step(action)[2:4]):
+            env.reset()
+
+    workloads: dict[str, Workload] = {
+        "bare": lambda: mujoco.mj_step(base.model, base.data, base.frame_skip),
+        "env": step,
+    }
+    times = seconds_per_call(workloads, ROUNDS, 500)
+    extra = 1e6 * (times["env"] - times["bare"])
+    return (
+        f"| Gymnasium's Reacher-v5 | | 1 | {times['bare'] / times['env']:.2f} | "
+        f"| {extra:.1f} us a step |"
+    )
+
+
 def overhead() -> list[str]:
     """Return lines about the environment's time over the bare loop's."""
-    lines = []
+    lines = [reacher()]
     for profile in PROFILES:
         for segments in SEGMENTS:
             for count, bar in ((BATCH, 0.9), (1, 0.8)):

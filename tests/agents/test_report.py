@@ -12,8 +12,9 @@ import pytest
 from agents import plots
 from agents.bootstrap import Interval
 from agents.house_style import MARKS, mark
+from agents.loading import load_study
 from agents.report import write_report
-from agents.results import ResultsError, load_study
+from agents.results import ResultsError
 from agents.statistics import welch_p
 from agents.summary import Comparison, summarise
 from agents.survival import logrank_p

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.results import Evals, ResultsError, load_evals, load_study
+from agents.loading import load_evals, load_study
+from agents.results import Evals, ResultsError
 
 PAIR = {"n = 3": {"raw": 0.9, "clarke": 1.2}}
 
