@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray, FloatMath, components
 from clarke_gym._linear_map import LinearMap, map_rows
+from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState, approached
 from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.folding import FoldedSteps
@@ -21,6 +22,7 @@ from clarke_gym.physics.mjcf import (
     STANDARD_GRAVITY_M_S2,
     build_chain,
     choice,
+    finite_vector,
     substeps,
 )
 from clarke_gym.physics.tendons import TendonSprings
@@ -57,8 +59,10 @@ class MujocoPhysics:
         Whether commands are tendon displacements [m] or tendon tensions [N].
     gravity_m_s2 : array_like, shape (3,)
         In the world frame.
+    base_position_m : array_like, shape (3,)
+        Position of the base in the world; states are in the frame of the base, see `to_world`.
     base_quaternion : array_like, shape (4,)
-        Orientation (w, x, y, z) of the base in the world; states are in the frame of the base.
+        Orientation (w, x, y, z) of the base in the world.
     payload_kg : float
         Point mass at the tip.
     scalar : bool
@@ -93,6 +97,7 @@ class MujocoPhysics:
         routing: str = "ideal",
         actuation: str = "displacement",
         gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
+        base_position_m: Sequence[float] = (0.0, 0.0, 0.0),
         base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         payload_kg: float = 0.0,
         scalar: bool = False,
@@ -123,6 +128,7 @@ class MujocoPhysics:
             "payload_kg": payload_kg,
         }
         self._profile = numbers
+        self._base = finite_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
         self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
         self._tension_driven = actuation == "tension"
@@ -170,6 +176,30 @@ class MujocoPhysics:
     def chain(self) -> Chain:
         """The compiled model."""
         return self._engine.chain
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Return points of the base's frame in the world's.
+
+        Parameters
+        ----------
+        points : ndarray, shape (..., 3)
+            [m].
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            [m].
+
+        Examples
+        --------
+        >>> physics = MujocoPhysics(Robot(), 1, 0.05, base_position_m=(0.0, 0.0, 1.0),
+        ...                         base_quaternion=(0.0, 1.0, 0.0, 0.0))  # hangs from above
+        >>> physics.to_world(physics.state.tip_position).round(9) + 0.0
+        array([[0. , 0. , 0.8]])
+        """
+        position, quaternion = self._base
+        turned: FloatArray = rotate(np.asarray(quaternion, np.float64), points)
+        return turned + position
 
     @property
     def tension(self) -> FloatArray:

@@ -189,6 +189,7 @@ def test_velocity_is_the_rate_of_the_displacement():
         ({"threads": 0}, "threads must be"),
         ({"gravity_m_s2": (0.0, math.inf, 0.0)}, "gravity_m_s2 must hold 3 finite"),
         ({"base_quaternion": (1.0, 1.0, 0.0, 0.0)}, "base_quaternion must have length 1"),
+        ({"base_position_m": (0.0, np.inf, 0.0)}, "base_position_m must hold 3 finite numbers"),
     ],
     ids=lambda value: str(value) if isinstance(value, dict) else "",
 )

@@ -169,9 +169,13 @@ def test_rods_and_bellows_push(joint_type):
 def test_gravity_turns_with_the_base():
     robot = robot_of(3, disk_mass_kg=5e-3)
     half = math.sqrt(0.5)
-    sideways = MujocoPhysics(robot, 1, CONTROL_DT, base_quaternion=(half, 0.0, half, 0.0))
+    pose = {"base_position_m": (0.0, 0.0, 1.0), "base_quaternion": (half, 0.0, half, 0.0)}
+    sideways = MujocoPhysics(robot, 1, CONTROL_DT, **pose)
     settle(sideways, np.zeros((1, 1, 2)))
     direct = MujocoPhysics(robot, 1, CONTROL_DT, gravity_m_s2=(9.80665, 0.0, 0.0))
     settle(direct, np.zeros((1, 1, 2)))
     np.testing.assert_allclose(sideways.state.tip_position, direct.state.tip_position, atol=1e-7)
     assert direct.state.tip_position[0, 0] > 0.0
+    tip = sideways.to_world(sideways.state.tip_position)[0]
+    assert tip[0] == pytest.approx(0.2, rel=0.02)  # reaches out along the world's x
+    assert 0.9 < tip[2] < 0.9999  # and sags below the base
