@@ -24,25 +24,7 @@ from functools import lru_cache
 import numpy as np
 
 from clarke_gym._arrays import Array, FloatArray, as_floating, matrix_like
-
-MIN_TENDONS = 3
-
-
-def check_tendon_count(n: int, name: str = "n") -> int:
-    """Return `n` as an int if it is a whole number of joints that spans a plane.
-
-    Raises
-    ------
-    TypeError
-        If `n` is not a whole number.
-    ValueError
-        If `n` < 3: two joints on one line cannot bend a segment in a plane of directions.
-    """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer):
-        raise TypeError(f"{name} must be a whole number >= {MIN_TENDONS}, got {n!r}")
-    if n < MIN_TENDONS:
-        raise ValueError(f"{name} must be at least {MIN_TENDONS}, got {n}")
-    return int(n)
+from clarke_gym._checks import check_tendon_count
 
 
 def _frozen(array: FloatArray) -> FloatArray:

@@ -4,20 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from clarke_gym._arrays import Array, as_floating, namespace, parameters
+from clarke_gym._arrays import Array, namespace, parameters
+from clarke_gym._checks import check_pairs
 from clarke_gym.quaternions import Components, split
-
-
-def check_pairs(pairs: Array, per_segment: Array, name: str) -> Array:
-    """Return `pairs` as a floating array (..., S, 2) with S numbers in `per_segment`."""
-    pairs = as_floating(pairs, name)
-    count = getattr(per_segment, "shape", (len(per_segment),))[-1]
-    if pairs.ndim < 2 or pairs.shape[-2:] != (count, 2):
-        raise ValueError(
-            f"{name} must have the shape (..., {count}, 2) for {count} segments, "
-            f"got {tuple(pairs.shape)}"
-        )
-    return pairs
 
 
 def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:

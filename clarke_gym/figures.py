@@ -15,10 +15,10 @@ import numpy as np
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
 from clarke_gym._canvas import BLUE, GREY, INK, MAGENTA, ORANGE, circle, new_axes, plane
-from clarke_gym.clarke import check_tendon_count, from_clarke, inverse_matrix, joint_angles
+from clarke_gym._checks import check_last_axis, check_positive, check_tendon_count
+from clarke_gym.clarke import from_clarke, inverse_matrix, joint_angles
 from clarke_gym.figures_manifold import draw_exploration as draw_exploration
 from clarke_gym.figures_manifold import draw_manifold_in_cube as draw_manifold_in_cube
-from clarke_gym.sampling import pairs_of, positive
 
 
 def draw_tendon_ring(
@@ -56,8 +56,8 @@ def draw_tendon_ring(
     'n = 7 tendons and the displacement circle'
     """
     check_tendon_count(n)
-    bar = 1e3 * pairs_of(np.asarray(rho_bar, np.float64), "rho_bar")
-    d, axes = 1e3 * positive("pitch_radius", pitch_radius), new_axes(axes)
+    bar = 1e3 * check_last_axis(np.asarray(rho_bar, np.float64), 2, "rho_bar")
+    d, axes = 1e3 * check_positive("pitch_radius", pitch_radius), new_axes(axes)
     rho = from_clarke(bar, n)
     directions = inverse_matrix(n)
     feet = rho[:, None] * directions
@@ -111,8 +111,8 @@ def draw_tilted_ellipse(
     >>> draw_tilted_ellipse().name
     '3d'
     """
-    bar = 1e3 * pairs_of(np.asarray(rho_bar, np.float64), "rho_bar")
-    d, axes = 1e3 * positive("pitch_radius", pitch_radius), new_axes(axes, three_d=True)
+    bar = 1e3 * check_last_axis(np.asarray(rho_bar, np.float64), 2, "rho_bar")
+    d, axes = 1e3 * check_positive("pitch_radius", pitch_radius), new_axes(axes, three_d=True)
     curve = tilted_ellipse(bar, d)
     axes.plot(*circle(d), 0.0, color=GREY, lw=1)
     axes.plot(*curve.T, color=ORANGE, lw=2)
@@ -179,8 +179,11 @@ def draw_virtual_displacement(
     >>> draw_virtual_displacement().get_title()
     'virtual displacement 10.0 mm'
     """
-    bar = pairs_of(np.asarray(rho_bar, np.float64), "rho_bar")
-    size, d = positive("|rho_bar|", float(np.hypot(*bar))), positive("pitch_radius", pitch_radius)
+    bar = check_last_axis(np.asarray(rho_bar, np.float64), 2, "rho_bar")
+    size, d = (
+        check_positive("|rho_bar|", float(np.hypot(*bar))),
+        check_positive("pitch_radius", pitch_radius),
+    )
     axes = new_axes(axes, three_d=True)
     share = np.linspace(0.0, 1.0, 80)
     spine, turns = kinematics.segment_pose(share[:, None] * bar / d, length * share)

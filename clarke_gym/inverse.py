@@ -7,21 +7,14 @@ One segment has a closed form: with r the tip's distance from the base axis the 
 
 from __future__ import annotations
 
-from clarke_gym._arrays import Array, array_namespace, as_floating, parameter
+from clarke_gym._arrays import Array, array_namespace, parameter
+from clarke_gym._checks import check_last_axis
 from clarke_gym.arc_functions import angle_over_sine
-
-
-def checked(array: Array, size: int, name: str) -> Array:
-    """Return `array` as a floating array with a last axis of `size`, or say what is wrong."""
-    array = as_floating(array, name)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"{name} must have a last axis of {size}, got {tuple(array.shape)}")
-    return array
 
 
 def _tip(position: Array) -> tuple[Array, Array, Array, Array]:
     """Return position, lateral square, whole square, and t / sin t of half the bending angle."""
-    position = checked(position, 3, "position")
+    position = check_last_axis(position, 3, "position")
     x, y, z = (position[..., i] for i in range(3))
     lateral = x * x + y * y
     if bool(((lateral == 0.0) & (z <= 0.0)).any()):
@@ -137,7 +130,7 @@ def bending_from_quaternion(quaternion: Array) -> Array:
     >>> bending_from_quaternion(np.array([1.0, 0.0, 0.0, 0.0]))
     array([ 0., -0.])
     """
-    quaternion = checked(quaternion, 4, "quaternion")
+    quaternion = check_last_axis(quaternion, 4, "quaternion")
     xp = array_namespace(quaternion)
     w, x, y = (quaternion[..., i] for i in range(3))
     lateral = x * x + y * y

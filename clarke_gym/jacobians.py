@@ -8,8 +8,9 @@ precision.
 from __future__ import annotations
 
 from clarke_gym._arrays import Array, namespace, parameter, parameters
+from clarke_gym._checks import check_last_axis, check_pairs
 from clarke_gym.arc_functions import half_angle_functions, half_angle_slope
-from clarke_gym.kinematics import Components, chain_poses, check_bending, check_pairs
+from clarke_gym.kinematics import Components, chain_poses
 from clarke_gym.quaternions import split, turned
 
 
@@ -44,7 +45,7 @@ def segment_jacobian(bending: Array, length: Array | float) -> tuple[Array, Arra
            [0. , 0.1],
            [0. , 0. ]])
     """
-    bending = check_bending(bending)
+    bending = check_last_axis(bending, 2, "bending")
     xp, length = namespace(bending), parameter(length, bending)
     position, quaternion = _arc_slopes(bending[..., 0], bending[..., 1], length)
     stacked = [xp.stack([xp.stack(row, -1) for row in m], -2) for m in (position, quaternion)]

@@ -19,15 +19,14 @@ import numpy as np
 from clarke_gym._arrays import (
     Array,
     Number,
-    as_floating,
     matrix_like,
     namespace,
     parameter,
     parameters,
 )
+from clarke_gym._checks import check_last_axis, check_pairs
 from clarke_gym.arc_functions import half_angle_functions as half_angle_functions
 from clarke_gym.coupling import bending_to_clarke as bending_to_clarke
-from clarke_gym.coupling import check_pairs as check_pairs
 from clarke_gym.coupling import clarke_to_bending as clarke_to_bending
 from clarke_gym.coupling import coupled as coupled
 from clarke_gym.coupling import decoupled as decoupled
@@ -37,14 +36,6 @@ from clarke_gym.quaternions import Components as Components
 from clarke_gym.quaternions import product, split, turned
 from clarke_gym.quaternions import quaternion_multiply as quaternion_multiply
 from clarke_gym.quaternions import rotate as rotate
-
-
-def check_bending(bending: Array) -> Array:
-    """Return `bending` as a floating array of shape (..., 2), or say what is wrong with it."""
-    bending = as_floating(bending, "bending")
-    if bending.ndim == 0 or bending.shape[-1] != 2:
-        raise ValueError(f"bending must have a last axis of 2, got shape {tuple(bending.shape)}")
-    return bending
 
 
 def arc_pose(x: Number, y: Number, length: Number) -> tuple[Components, Components]:
@@ -103,7 +94,7 @@ def segment_pose(bending: Array, length: Array | float) -> tuple[Array, Array]:
     >>> position.round(6)  # a quarter circle of length 1 has the radius 2 / pi
     array([0.63662, 0.     , 0.63662])
     """
-    bending = check_bending(bending)
+    bending = check_last_axis(bending, 2, "bending")
     xp = namespace(bending)
     length = parameter(length, bending)
     position, quaternion = arc_pose(bending[..., 0], bending[..., 1], length)

@@ -13,9 +13,9 @@ import math
 import numpy as np
 
 from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating
-from clarke_gym.clarke import check_tendon_count, from_clarke
+from clarke_gym._checks import check_last_axis, check_positive, check_tendon_count
+from clarke_gym.clarke import from_clarke
 from clarke_gym.layouts import Layout
-from clarke_gym.sampling import pairs_of, positive
 
 
 def polygon_corners(n: int) -> int:
@@ -83,7 +83,7 @@ def limit_polygon(n: int, joint_limit: float) -> FloatArray:
     """
     m = polygon_corners(n)
     angle = math.pi / m * (2.0 * np.arange(m) + 1.0)
-    radius = positive("joint_limit", joint_limit) * circumradius_ratio(n)
+    radius = check_positive("joint_limit", joint_limit) * circumradius_ratio(n)
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
@@ -140,9 +140,9 @@ def saturate_circle(rho_bar: Array, limit: float) -> Array:
     >>> saturate_circle(np.array([3.0, 4.0]), 1.0)
     array([0.6, 0.8])
     """
-    rho_bar = pairs_of(rho_bar, "rho_bar")
+    rho_bar = check_last_axis(rho_bar, 2, "rho_bar")
     square = (rho_bar * rho_bar).sum(-1)[..., None]
-    return _shortened(rho_bar, square, positive("limit", limit) ** 2, 0.5)
+    return _shortened(rho_bar, square, check_positive("limit", limit) ** 2, 0.5)
 
 
 def saturate_polygon(rho_bar: Array, n: int, limit: float) -> Array:
@@ -172,7 +172,9 @@ def saturate_polygon(rho_bar: Array, n: int, limit: float) -> Array:
     array([1., 1.])
     """
     largest = largest_joint(rho_bar, n)[..., None]
-    return _shortened(pairs_of(rho_bar, "rho_bar"), largest, positive("limit", limit), 1.0)
+    return _shortened(
+        check_last_axis(rho_bar, 2, "rho_bar"), largest, check_positive("limit", limit), 1.0
+    )
 
 
 def _shortened(rho_bar: Array, size: Array, limit: float, power: float) -> Array:
@@ -217,7 +219,7 @@ def manifold_limit(joint_limits: Array, layout: Layout | None = None) -> float:
         if limits.shape != (layout.n,):
             raise ValueError(f"joint_limits must hold {layout.n} numbers, got {limits.shape}")
         limits = limits * layout.pitch_radius / layout.radii
-    return positive("the smallest joint limit", float(limits.min()))
+    return check_positive("the smallest joint limit", float(limits.min()))
 
 
 def joint_limits(manifold_limit: float, layout: Layout) -> FloatArray:
@@ -244,4 +246,4 @@ def joint_limits(manifold_limit: float, layout: Layout) -> FloatArray:
     >>> joint_limits(0.01, Layout.symmetric(3, 0.005))
     array([0.01, 0.01, 0.01])
     """
-    return positive("manifold_limit", manifold_limit) * layout.radii / layout.pitch_radius
+    return check_positive("manifold_limit", manifold_limit) * layout.radii / layout.pitch_radius

@@ -13,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
-from clarke_gym.clarke import check_tendon_count, joint_angles
+from clarke_gym._checks import check_tendon_count
+from clarke_gym.clarke import joint_angles
 
 
 @lru_cache(maxsize=256)

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clarke_gym._arrays import Array, FloatArray, matrix_like
-from clarke_gym.sampling import pairs_of, positive
+from clarke_gym._checks import check_last_axis, check_positive
 
 UNCONFIRMED = (
     "Unconfirmed: the paper was not available; the two-parameter arc form is from memory, and its "
@@ -96,8 +96,8 @@ class Parametrisation:
         >>> PARAMETRISATIONS["allen_2020"].from_clarke(np.array([0.01, 0.0]), 0.01) + 0.0
         array([0., 1.])
         """
-        rho_bar = pairs_of(rho_bar, "rho_bar")
-        scale = 1.0 / positive("pitch_radius", pitch_radius) if self.angular else 1.0
+        rho_bar = check_last_axis(rho_bar, 2, "rho_bar")
+        scale = 1.0 / check_positive("pitch_radius", pitch_radius) if self.angular else 1.0
         return rho_bar @ matrix_like(scale * self.matrix.T, rho_bar)
 
     def to_clarke(self, coordinates: Array, pitch_radius: float) -> Array:
@@ -125,8 +125,8 @@ class Parametrisation:
         >>> PARAMETRISATIONS["allen_2020"].to_clarke(np.array([0.0, 1.0]), 0.01)
         array([0.01, 0.  ])
         """
-        coordinates = pairs_of(coordinates, "coordinates")
-        scale = positive("pitch_radius", pitch_radius) if self.angular else 1.0
+        coordinates = check_last_axis(coordinates, 2, "coordinates")
+        scale = check_positive("pitch_radius", pitch_radius) if self.angular else 1.0
         return coordinates @ matrix_like(scale * self.matrix, coordinates)
 
 

@@ -6,7 +6,8 @@ import math
 from dataclasses import asdict, replace
 from typing import Any
 
-from clarke_gym.clarke import check_tendon_count, joint_angles
+from clarke_gym._checks import check_tendon_count
+from clarke_gym.clarke import joint_angles
 from clarke_gym.materials import MATERIALS
 from clarke_gym.robots import Robot, Segment
 

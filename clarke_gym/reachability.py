@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from clarke_gym._arrays import Array, array_namespace, matrix_like, parameter
+from clarke_gym._checks import check_last_axis
 from clarke_gym.arc_functions import half_angle_functions, half_angle_slope
-from clarke_gym.inverse import checked, segment_inverse_extensible
+from clarke_gym.inverse import segment_inverse_extensible
 from clarke_gym.kinematics import segment_pose
 
 
@@ -50,7 +51,7 @@ def nearest_on_dome(
     >>> np.abs(bending).max() < 1e-6, round(float(distance), 6)
     (np.True_, 0.05)
     """
-    position = checked(position, 3, "position")
+    position = check_last_axis(position, 3, "position")
     xp, length = array_namespace(position), parameter(length, position)
     square = position[..., 0] * position[..., 0] + position[..., 1] * position[..., 1]
     off_axis = square > 0.0
@@ -148,7 +149,7 @@ def is_reachable(
     """
     if not isinstance(length, tuple):
         return nearest_on_dome(position, length, max_bending)[1] <= tolerance_m
-    position = checked(position, 3, "position")
+    position = check_last_axis(position, 3, "position")
     on_axis = (position[..., :2] == 0.0).all(-1) & (position[..., 2] <= 0.0)
     xp = array_namespace(position)
     above = matrix_like(np.array([0.0, 0.0, 1.0]), position)

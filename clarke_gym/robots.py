@@ -10,16 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym.clarke import check_tendon_count, joint_angles, layout_matrices
+from clarke_gym._checks import check_positive, check_tendon_count
+from clarke_gym.clarke import joint_angles, layout_matrices
 from clarke_gym.materials import MATERIALS
-
-
-def require_positive(name: str, value: float) -> None:
-    """Refuse anything but a positive finite number."""
-    number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
-    if not number or not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be a positive finite number, got {value!r}")
-
 
 JOINT_TYPES = ("tendon", "rod", "bellows")
 
@@ -105,7 +98,7 @@ class Segment:
             "disk_thickness_m",
             "tendon_stiffness_n_m",
         ):
-            require_positive(name, getattr(self, name))
+            check_positive(name, getattr(self, name))
         for name in ("disk_mass_kg", "pretension_n", "damping_time_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
@@ -197,8 +190,8 @@ class Robot:
         object.__setattr__(self, "segments", tuple(self.segments))
         if not self.segments or not all(isinstance(s, Segment) for s in self.segments):
             raise ValueError(f"segments must hold at least one Segment, got {self.segments!r}")
-        require_positive("max_tendon_speed_m_s", self.max_tendon_speed_m_s)
-        require_positive("max_cocontraction_m", self.max_cocontraction_m)
+        check_positive("max_tendon_speed_m_s", self.max_tendon_speed_m_s)
+        check_positive("max_cocontraction_m", self.max_cocontraction_m)
         tau = self.actuator_time_constant_s
         if not (math.isfinite(tau) and tau >= 0.0):
             raise ValueError(f"actuator_time_constant_s must be finite and >= 0, got {tau!r}")

@@ -5,23 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from clarke_gym._arrays import Array, array_namespace, as_floating
+from clarke_gym._arrays import Array, array_namespace
+from clarke_gym._checks import check_last_axis, check_positive
 from clarke_gym.dome import sample_dome
-
-
-def pairs_of(array: Array, name: str) -> Array:
-    """Return `array` as a floating array of shape (..., 2), or say what is wrong with it."""
-    array = as_floating(array, name)
-    if array.ndim == 0 or array.shape[-1] != 2:
-        raise ValueError(f"{name} must have a last axis of 2, got {tuple(array.shape)}")
-    return array
-
-
-def positive(name: str, value: float) -> float:
-    """Return a positive finite number, or say that it is none."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{name} must be positive and finite, got {value!r}")
-    return float(value)
 
 
 def sample_disk(uniforms: Array, radius: float) -> Array:
@@ -87,9 +73,9 @@ def sample_shaped(uniforms: Array, radius: float, quantile: Callable[[Array], Ar
     >>> sample_shaped(np.array([0.5, 0.5]), 0.01, lambda share: share).round(6) + 0.0
     array([-0.005,  0.   ])
     """
-    uniforms = pairs_of(uniforms, "uniforms")
+    uniforms = check_last_axis(uniforms, 2, "uniforms")
     xp = array_namespace(uniforms)
-    magnitude = positive("radius", radius) * quantile(uniforms[..., 0])
+    magnitude = check_positive("radius", radius) * quantile(uniforms[..., 0])
     angle = 2.0 * math.pi * uniforms[..., 1]
     return xp.stack([magnitude * xp.cos(angle), magnitude * xp.sin(angle)], -1)
 
@@ -122,4 +108,4 @@ def sample_tips(uniforms: Array, max_bending: float, pitch_radius: float) -> Arr
     >>> sample_tips(np.array([[1.0, 0.0]]), 1.5, 0.01)
     array([[0.015, 0.   ]])
     """
-    return positive("pitch_radius", pitch_radius) * sample_dome(uniforms, max_bending)
+    return check_positive("pitch_radius", pitch_radius) * sample_dome(uniforms, max_bending)

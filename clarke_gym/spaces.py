@@ -20,6 +20,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
+from clarke_gym._checks import check_pairs
 from clarke_gym.inverse import segment_inverse
 from clarke_gym.inverse_chain import inverse_kinematics
 from clarke_gym.jacobians import tip_jacobian
@@ -117,7 +118,7 @@ class SpaceChain:
         >>> SpaceChain(Robot()).from_clarke(np.array([[0.01, 0.0]])).round(6)
         array([ 0.01 , -0.005, -0.005])
         """
-        clarke = kinematics.check_pairs(clarke, self.robot.lengths, "clarke")
+        clarke = check_pairs(clarke, self.robot.lengths, "clarke")
         flat = clarke.reshape(*clarke.shape[:-2], 2 * self.robot.n_segments)
         return flat @ matrix_like(self.robot.decoder.T, flat)
 
@@ -305,5 +306,5 @@ class SpaceChain:
         return matrix_like(self.robot.lengths[:, None], pairs)
 
     def _bending(self, curvature: Array) -> Array:
-        curvature = kinematics.check_pairs(curvature, self.robot.lengths, "curvature")
+        curvature = check_pairs(curvature, self.robot.lengths, "curvature")
         return curvature * self._lengths_like(curvature)

@@ -11,6 +11,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
+from clarke_gym._checks import check_pairs
 from clarke_gym.arc_functions import angle_over_sine
 from clarke_gym.robots import Robot, Segment
 
@@ -174,7 +175,7 @@ def disk_displacements(bending: Array, robot: Robot) -> Array:
     >>> (rho * 1e3).round(3)
     array([10.079, -4.915, -4.915])
     """
-    bending = kinematics.check_pairs(bending, robot.lengths, "bending")
+    bending = check_pairs(bending, robot.lengths, "bending")
     xp = array_namespace(bending)
     square = (bending * bending).sum(-1)[..., None]
     # sinc(t) with t = phi_s / 2 is 2 h at the bending angle phi_s.

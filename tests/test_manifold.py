@@ -149,7 +149,7 @@ def test_bad_limits_are_refused():
         shortest_duration(1.0)
     with pytest.raises(ValueError, match="even last axes"):
         Trajectory.between(np.zeros(3), np.zeros(3), max_speed=1.0)
-    with pytest.raises(ValueError, match="radius must be positive"):
+    with pytest.raises(ValueError, match="radius must be a positive finite"):
         sampling.sample_disk(np.zeros(2), 0.0)
     with pytest.raises(ValueError, match="smallest joint limit"):
         manifold.manifold_limit([0.0, 1.0, 1.0])

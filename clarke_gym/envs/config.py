@@ -5,18 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from clarke_gym._checks import check_choice, check_positive
 from clarke_gym.presets import make_robot
-from clarke_gym.robots import Robot, require_positive
+from clarke_gym.robots import Robot
 
 CONTROLS = ("increment", "absolute")
 PHYSICS = ("constant_curvature", "mujoco")
 TASKS = ("reach",)
-
-
-def require_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
-    """Refuse a value outside the allowed names."""
-    if value not in allowed:
-        raise ValueError(f"{name} must be one of {list(allowed)}, got {value!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,9 +93,9 @@ class EnvConfig:
     render_height: int = 480
 
     def __post_init__(self) -> None:
-        require_choice("task", self.task, TASKS)
-        require_choice("physics", self.physics, PHYSICS)
-        require_choice("control", self.control, CONTROLS)
+        check_choice("task", self.task, TASKS)
+        check_choice("physics", self.physics, PHYSICS)
+        check_choice("control", self.control, CONTROLS)
         if self.physics != "mujoco":
             for name in MUJOCO_ONLY:
                 if getattr(self, name) != MUJOCO_ONLY[name]:
@@ -108,7 +103,7 @@ class EnvConfig:
                         f"{name} needs physics='mujoco', got {name}={getattr(self, name)!r} with "
                         f"physics={self.physics!r}"
                     )
-        require_positive("control_dt", self.control_dt)
+        check_positive("control_dt", self.control_dt)
         for name in ("render_width", "render_height"):
             size = getattr(self, name)
             if isinstance(size, bool) or not isinstance(size, int) or not 16 <= size <= 4096:

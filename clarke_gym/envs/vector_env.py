@@ -13,7 +13,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym.envs.config import EnvConfig, require_choice
+from clarke_gym._checks import check_choice
+from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore, Observation
 from clarke_gym.envs.env import (
     ContinuumRobotEnv,
@@ -67,7 +68,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         for name, value in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
             if value is not None and (not isinstance(value, int) or value < 1):
                 raise ValueError(f"{name} must be a whole number >= 1, got {value!r}")
-        require_choice("autoreset_mode", autoreset_mode, tuple(AUTORESET_MODES))
+        check_choice("autoreset_mode", autoreset_mode, tuple(AUTORESET_MODES))
         self.autoreset_mode = AUTORESET_MODES[autoreset_mode]
         self.metadata = {
             **ContinuumRobotEnv.metadata,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym._checks import check_choice, check_vector
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.links import DISK_RIM_M, Backbone, Chain
 from clarke_gym.physics.tendons import folded_axes, tendon_offsets
@@ -85,21 +85,6 @@ def substeps(control_dt: float, sim_dt: float | None, longest: float) -> int:
     return count
 
 
-def choice(name: str, value: str, allowed: Sequence[str]) -> str:
-    """Return `value` if it is one of the allowed names, or say which are."""
-    if value not in allowed:
-        raise ValueError(f"{name} must be one of {sorted(allowed)}, got {value!r}")
-    return value
-
-
-def finite_vector(name: str, value: Sequence[float] | FloatArray, size: int) -> FloatArray:
-    """Return `value` as an array of `size` finite numbers, or raise."""
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} must hold {size} finite numbers, got {value!r}")
-    return array
-
-
 def build_chain(
     robot: Robot,
     profile: Profile,
@@ -148,16 +133,16 @@ def build_chain(
     >>> chain.model.nv, chain.model.ntendon
     (15, 2)
     """
-    choice("routing", routing, ROUTINGS)
-    choice("actuation", actuation, ACTUATIONS)
+    check_choice("routing", routing, ROUTINGS)
+    check_choice("actuation", actuation, ACTUATIONS)
     folded = profile.folded if folded is None else folded
     folded = folded and routing == "ideal" and actuation == "displacement"
     if not (math.isfinite(payload_kg) and payload_kg >= 0.0):
         raise ValueError(f"payload_kg must be finite and >= 0, got {payload_kg!r}")
-    quaternion = finite_vector("base_quaternion", base_quaternion, 4)
+    quaternion = check_vector("base_quaternion", base_quaternion, 4)
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
         raise ValueError(f"base_quaternion must have length 1, got {base_quaternion!r}")
-    gravity = finite_vector("gravity_m_s2", gravity_m_s2, 3)
+    gravity = check_vector("gravity_m_s2", gravity_m_s2, 3)
     step = profile.sim_dt_s if sim_dt_s is None else sim_dt_s
 
     spec = mujoco.MjSpec()

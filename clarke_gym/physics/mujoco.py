@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray, FloatMath, components
+from clarke_gym._checks import check_choice, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState, approached
@@ -21,8 +22,6 @@ from clarke_gym.physics.mjcf import (
     PROFILES,
     STANDARD_GRAVITY_M_S2,
     build_chain,
-    choice,
-    finite_vector,
     substeps,
 )
 from clarke_gym.physics.tendons import TendonSprings
@@ -102,7 +101,7 @@ class MujocoPhysics:
         payload_kg: float = 0.0,
         scalar: bool = False,
     ) -> None:
-        numbers = PROFILES[choice("profile", profile, tuple(PROFILES))]
+        numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
         self.robot = robot
         self.num_envs = num_envs
         self._scalar = scalar
@@ -128,7 +127,7 @@ class MujocoPhysics:
             "payload_kg": payload_kg,
         }
         self._profile = numbers
-        self._base = finite_vector("base_position_m", base_position_m, 3), base_quaternion
+        self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
         self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
         self._tension_driven = actuation == "tension"

@@ -9,8 +9,9 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, float32, from_components, gaps64, namespace
+from clarke_gym._checks import check_positive
 from clarke_gym.physics.base import JointVector, RobotState
-from clarke_gym.robots import Robot, require_positive
+from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import Float32Array
 
 REWARDS = ("dense", "sparse")
@@ -58,7 +59,7 @@ class Reach:
     ) -> None:
         if reward not in REWARDS:
             raise ValueError(f"reward must be one of {list(REWARDS)}, got {reward!r}")
-        require_positive("success_tolerance", success_tolerance)
+        check_positive("success_tolerance", success_tolerance)
         self.robot = robot
         self.success_tolerance = float(success_tolerance)
         self.n_uniforms = 4 * robot.n_segments
