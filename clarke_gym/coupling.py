@@ -41,7 +41,19 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
 
 
 def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out.
+    """Do what `clarke_to_bending` does, by components.
+
+    Parameters
+    ----------
+    pairs : sequence of S pairs
+        Components (x, y) of the Clarke coordinates of each segment's tendons [m]: floats or arrays.
+    pitch_radii : sequence of S
+        Nominal pitch radii d_j [m].
+
+    Returns
+    -------
+    list of S pairs
+        Components of the bending vectors [rad].
 
     Examples
     --------
@@ -83,7 +95,19 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
 
 
 def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
-    """Do the same by components: S pairs in, S pairs out.
+    """Do what `bending_to_clarke` does, by components.
+
+    Parameters
+    ----------
+    pairs : sequence of S pairs
+        Components (x, y) of the bending vectors of the segments [rad]: floats or arrays.
+    pitch_radii : sequence of S
+        Nominal pitch radii d_j [m].
+
+    Returns
+    -------
+    list of S pairs
+        Components of the Clarke coordinates of their tendons [m].
 
     Examples
     --------

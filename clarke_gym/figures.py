@@ -130,7 +130,21 @@ def draw_tilted_ellipse(
 
 
 def tilted_ellipse(rho_bar: Any, pitch_radius: float, points: int = 361) -> FloatArray:
-    """Return points (d cos psi, d sin psi, rho(psi)) of the tilted ellipse, shape (points, 3).
+    """Return points (d cos psi, d sin psi, rho(psi)) of the tilted ellipse.
+
+    Parameters
+    ----------
+    rho_bar : array_like, shape (2,)
+        Clarke coordinates [m].
+    pitch_radius : float
+        d [m].
+    points : int
+        Points along the ellipse, the first again at the end.
+
+    Returns
+    -------
+    ndarray, shape (points, 3)
+        [m].
 
     Examples
     --------

@@ -18,7 +18,19 @@ _FIRST_DAMPING = 1e-2
 
 
 def saturate_bending(bending: FloatArray, max_bending: Array) -> FloatArray:
-    """Return bending vectors (..., S, 2) shortened to at most `max_bending` (S,) [rad].
+    """Return bending vectors shortened to at most a limit, their directions kept.
+
+    Parameters
+    ----------
+    bending : ndarray, shape (..., S, 2)
+        [rad].
+    max_bending : array_like, shape (S,)
+        [rad].
+
+    Returns
+    -------
+    ndarray, shape (..., S, 2)
+        [rad].
 
     Examples
     --------

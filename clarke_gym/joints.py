@@ -54,6 +54,15 @@ JOINT_TYPES = {
 def joint_type(name: str) -> JointType:
     """Return the joint type of that name.
 
+    Parameters
+    ----------
+    name : str
+        "tendon", "rod" or "bellows".
+
+    Returns
+    -------
+    JointType
+
     Raises
     ------
     ValueError

@@ -21,6 +21,15 @@ from clarke_gym.layouts import Layout
 def polygon_corners(n: int) -> int:
     """Return how many corners the image of the joint box has: n if n is even, else 2 n.
 
+    Parameters
+    ----------
+    n : int
+        Number of joints, at least 3.
+
+    Returns
+    -------
+    int
+
     Raises
     ------
     TypeError, ValueError
@@ -39,6 +48,15 @@ def circumradius_ratio(n: int) -> float:
     r"""Return the polygon's circumradius over the inscribed radius, :math:`1/\cos(\pi/m)`.
 
     It is the largest :math:`|\bar\rho|` that some direction allows, over the joint limit.
+
+    Parameters
+    ----------
+    n : int
+        Number of joints, at least 3.
+
+    Returns
+    -------
+    float
 
     Raises
     ------

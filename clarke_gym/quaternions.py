@@ -53,12 +53,42 @@ def rotate(quaternion: Array, vector: Array) -> Array:
 
 
 def split(array: Array) -> Components:
-    """Return the components along the last axis."""
+    """Return the components along the last axis.
+
+    Parameters
+    ----------
+    array : array, shape (..., k)
+
+    Returns
+    -------
+    tuple of k arrays, shape (...)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> split(np.array([[1.0, 2.0], [3.0, 4.0]]))[0]
+    array([1., 3.])
+    """
     return tuple(array[..., i] for i in range(array.shape[-1]))
 
 
 def product(first: Components, second: Components) -> Components:
-    """Return the Hamilton product by components."""
+    """Return the Hamilton product by components.
+
+    Parameters
+    ----------
+    first, second : tuple of 4
+        (w, x, y, z), each a float or an array.
+
+    Returns
+    -------
+    tuple of 4
+
+    Examples
+    --------
+    >>> product((0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))  # i j = k
+    (0.0, 0.0, 0.0, 1.0)
+    """
     a, b, c, d = first
     w, x, y, z = second
     return (
@@ -70,7 +100,23 @@ def product(first: Components, second: Components) -> Components:
 
 
 def turned(quaternion: Components, vector: Components) -> Components:
-    """Return `vector` turned by `quaternion`, by components."""
+    """Return `vector` turned by `quaternion`, by components.
+
+    Parameters
+    ----------
+    quaternion : tuple of 4
+        (w, x, y, z) of length 1, each a float or an array.
+    vector : tuple of 3
+
+    Returns
+    -------
+    tuple of 3
+
+    Examples
+    --------
+    >>> turned((0.0, 0.0, 0.0, 1.0), (1.0, 2.0, 3.0))  # half a turn about z
+    (-1.0, -2.0, 3.0)
+    """
     w, a, b, c = quaternion
     x, y, z = vector
     tx, ty, tz = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)

@@ -135,7 +135,14 @@ def make_vector_env(
 
 
 def register_environments() -> None:
-    """Register every id once; a second import changes nothing."""
+    """Register every id once; a second import changes nothing.
+
+    Examples
+    --------
+    >>> register_environments()
+    >>> "clarke_gym/Reach-v0" in gym.registry
+    True
+    """
     for name, entry in ENVIRONMENTS.items():
         if name not in gym.registry:
             gym.register(

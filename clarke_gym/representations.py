@@ -237,7 +237,19 @@ class Representation:
 
 
 def to_polar(pairs: NDArray[Any]) -> None:
-    """Turn pairs (x, y) along the last axis into (2 r - 1, angle / pi), in place."""
+    """Turn pairs (x, y) along the last axis into (2 r - 1, angle / pi), in place.
+
+    Parameters
+    ----------
+    pairs : ndarray, shape (..., 2S)
+
+    Examples
+    --------
+    >>> pairs = np.array([0.0, 0.5])
+    >>> to_polar(pairs)
+    >>> pairs
+    array([0. , 0.5])
+    """
     x, y = pairs[..., 0::2].copy(), pairs[..., 1::2].copy()
     pairs[..., 0::2] = 2.0 * np.sqrt(x * x + y * y) - 1.0
     pairs[..., 1::2] = np.arctan2(y, x) / np.pi
@@ -251,6 +263,10 @@ def _rows(array: NDArray[Any], width: int, name: str) -> NDArray[Any]:
 
 def representation_names() -> list[str]:
     """Return the names in the registry.
+
+    Returns
+    -------
+    list of str
 
     Examples
     --------

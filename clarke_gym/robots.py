@@ -257,7 +257,23 @@ class Robot:
 
 
 def block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return the matrix with `blocks` along its diagonal and zeros elsewhere."""
+    """Return the matrix with `blocks` along its diagonal and zeros elsewhere.
+
+    Parameters
+    ----------
+    blocks : sequence of ndarray
+        Matrices of any shapes.
+
+    Returns
+    -------
+    ndarray
+
+    Examples
+    --------
+    >>> block_diagonal([np.eye(1), np.full((1, 2), 3.0)])
+    array([[1., 0., 0.],
+           [0., 3., 3.]])
+    """
     rows, columns = np.cumsum([(0, 0), *(block.shape for block in blocks)], axis=0).T
     result = np.zeros((rows[-1], columns[-1]))
     for k, block in enumerate(blocks):

@@ -17,7 +17,16 @@ from clarke_gym.robots import Robot, Segment
 
 
 def bending_stiffness(segment: Segment) -> float:
-    """Return E I of a segment's round backbone [N m^2].
+    """Return E I of a segment's round backbone.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    float
+        [N m^2]
 
     Examples
     --------
@@ -28,7 +37,16 @@ def bending_stiffness(segment: Segment) -> float:
 
 
 def axial_stiffness(segment: Segment) -> float:
-    """Return E A of a segment's round backbone [N].
+    """Return E A of a segment's round backbone.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    float
+        [N]
 
     Examples
     --------
@@ -131,6 +149,15 @@ def taut_gain(segment: Segment) -> float:
 
     :math:`\beta = g\,M_P\rho/d` with :math:`g = 1/(1 + 2EI/(n k_t d^2 l))`, the minimum of the
     elastic energy of backbone and tendons of stiffness k_t, for symmetric tendons.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    float
+        g, below 1.
 
     Examples
     --------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import gymnasium as gym
@@ -10,13 +9,17 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import components
+from clarke_gym.envs._shared import (
+    RENDER_MODES,
+    check_options,
+    check_render_mode,
+    goal_reward,
+    render_rows,
+)
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore, Observation
 
 _ROW = np.array([0])
-
-RENDER_MODES = ("rgb_array", "depth_array")
 
 
 class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
@@ -136,43 +139,3 @@ class ContinuumRobotGoalEnv(ContinuumRobotEnv):
         """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
         del info  # the reward depends on the goals alone
         return goal_reward(self.core, achieved_goal, desired_goal)
-
-
-def goal_reward(core: EnvCore, achieved: ArrayLike, desired: ArrayLike) -> Any:
-    """Return the task's reward of goals as observed, shape (..., goal_size)."""
-    goals = [np.asarray(goal, dtype=np.float32) for goal in (achieved, desired)]
-    lead = np.broadcast_shapes(*(goal.shape[:-1] for goal in goals))
-    rows = [np.broadcast_to(goal, (*lead, goal.shape[-1])) for goal in goals]
-    parts = [components(array.reshape(-1, array.shape[-1]), scalar=not lead) for array in rows]
-    reward = core.task.reward(*parts)[0]
-    return reward.reshape(lead) if lead else reward
-
-
-def render_rows(core: EnvCore, mode: str | None, rows: Iterable[int]) -> tuple[Any, ...]:
-    """Return pictures or depths of the environments `rows`; nothing without a render mode."""
-    if mode is None:
-        return ()
-    size = (core.config.render_width, core.config.render_height)
-    return tuple(pair[RENDER_MODES.index(mode)] for pair in core.pictures(size, rows))
-
-
-def check_render_mode(render_mode: str | None, allowed: list[str]) -> None:
-    """Refuse a render mode that the environment does not have."""
-    if render_mode is not None and render_mode not in allowed:
-        raise ValueError(f"render_mode must be None or one of {allowed}, got {render_mode!r}")
-
-
-def check_options(options: dict[str, Any] | None, goal_size: int, rows: int) -> Any:
-    """Return the goals given in reset options, shape (rows, goal_size), or None."""
-    if not options:
-        return None
-    unknown = sorted(set(options) - {"goal"})
-    if unknown:
-        raise ValueError(f"reset options may hold 'goal' only, got {unknown}")
-    goal = np.asarray(options["goal"], dtype=np.float64)
-    if goal.shape not in ((goal_size,), (rows, goal_size)) or not np.isfinite(goal).all():
-        raise ValueError(
-            f"options['goal'] must be finite with the shape ({goal_size},) or "
-            f"({rows}, {goal_size}), got {options['goal']!r}"
-        )
-    return np.broadcast_to(goal, (rows, goal_size))

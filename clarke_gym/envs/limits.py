@@ -19,7 +19,21 @@ OFF_MANIFOLD_RESOLUTION = 1e-6
 
 
 def largest_magnitude(joints: Joints) -> Any:
-    """Return the largest magnitude of each row, or of the floats of the scalar environment."""
+    """Return the largest magnitude of each row, or of the floats of the scalar environment.
+
+    Parameters
+    ----------
+    joints : ndarray of shape (B, N), or list of N floats
+
+    Returns
+    -------
+    ndarray of shape (B,), or float
+
+    Examples
+    --------
+    >>> largest_magnitude([0.5, -2.0]), largest_magnitude(np.array([[0.5, -2.0], [1.0, 0.0]]))
+    (2.0, array([2., 1.]))
+    """
     if isinstance(joints, list):
         return max(max(joints), -min(joints))
     sizes = np.abs(joints)

@@ -14,15 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym._arrays import FloatArray
 from clarke_gym._checks import check_choice
+from clarke_gym.envs._shared import check_options, check_render_mode, goal_reward, render_rows
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore, Observation
-from clarke_gym.envs.env import (
-    ContinuumRobotEnv,
-    check_options,
-    check_render_mode,
-    goal_reward,
-    render_rows,
-)
+from clarke_gym.envs.env import ContinuumRobotEnv
 
 BoolArray = NDArray[np.bool_]
 

@@ -100,7 +100,24 @@ class JointVector:
 
 
 def approached(held: Any, target: Any, gain: float) -> Joints | None:
-    """Return off-manifold numbers that close the share `gain` of the gap to a target."""
+    """Return off-manifold numbers that close a share of the gap to a target.
+
+    Parameters
+    ----------
+    held, target : ndarray of shape (B, N), list of N floats, or None
+        None stands for zeros.
+    gain : float
+        The share.
+
+    Returns
+    -------
+    ndarray, list or None
+
+    Examples
+    --------
+    >>> approached(None, [1.0, -2.0], 0.5)
+    [0.5, -1.0]
+    """
     if held is None and target is None:
         return None
     if isinstance(held, list) or isinstance(target, list):

@@ -9,10 +9,26 @@ from clarke_gym._arrays import FloatArray
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.physics.base import JointVector
 from clarke_gym.robots import Robot, Segment, block_diagonal
+from clarke_gym.statics import bending_stiffness
 
 
 def tendon_offsets(segment: Segment) -> FloatArray:
-    """Return where the tendons pierce a disk [m], shape (n, 2)."""
+    """Return where the tendons pierce a disk.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        [m].
+
+    Examples
+    --------
+    >>> tendon_offsets(Segment(n_tendons=4)).round(3)[0] + 0.0
+    array([0.01, 0.  ])
+    """
     return segment.pitch_radius_m * segment.matrices[1]
 
 
@@ -89,10 +105,7 @@ class TendonSprings:
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
         robot = self.robot
-        flexural = [
-            s.youngs_modulus_pa * np.pi * s.backbone_diameter_m**4 / 64.0 / s.length_m
-            for s in robot.segments
-        ]
+        flexural = [bending_stiffness(s) / s.length_m for s in robot.segments]
         sums = np.kron(np.tril(np.ones((robot.n_segments,) * 2)), np.eye(2))
         # Displacement of every tendon per bending of every segment.
         moments = (robot.decoder * np.repeat(robot.pitch_radii, 2)) @ sums
