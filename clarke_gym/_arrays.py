@@ -6,6 +6,7 @@ import math
 import sys
 from array import array as c_array
 from collections.abc import Sequence
+from operator import sub
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -115,7 +116,7 @@ def parameters(values: Array, like: Array) -> list[Number]:
 def gaps64(ends: Sequence[Number], starts: Sequence[Number]) -> list[Number]:
     """Return the differences of components in double precision."""
     if isinstance(ends[0], float):
-        return [a - b for a, b in zip(ends, starts, strict=True)]
+        return list(map(sub, ends, starts))
     return [a.astype(np.float64) - b for a, b in zip(ends, starts, strict=True)]
 
 

@@ -60,11 +60,13 @@ def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Component
     >>> decoupled([(0.5, 0.0), (1.5, 0.0)], [0.5, 0.5])
     [(1.0, 0.0), (2.0, 0.0)]
     """
-    sums = [(x / d, y / d) for (x, y), d in zip(pairs, pitch_radii, strict=True)]
-    if len(sums) == 1:
-        return sums
-    steps = zip(sums[1:], sums[:-1], strict=True)
-    return [sums[0], *((x - a, y - b) for (x, y), (a, b) in steps)]
+    bends = []
+    a, b = 0.0, 0.0
+    for k, (x, y) in enumerate(pairs):
+        x, y = x / pitch_radii[k], y / pitch_radii[k]
+        bends.append((x - a, y - b) if k else (x, y))
+        a, b = x, y
+    return bends
 
 
 def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
@@ -114,7 +116,9 @@ def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]
     >>> coupled([(1.0, 0.0), (2.0, 0.0)], [0.5, 0.5])
     [(0.5, 0.0), (1.5, 0.0)]
     """
-    sums = [pairs[0]]
-    for x, y in pairs[1:]:
-        sums.append((sums[-1][0] + x, sums[-1][1] + y))
-    return [(x * d, y * d) for (x, y), d in zip(sums, pitch_radii, strict=True)]
+    result = []
+    a, b = 0.0, 0.0
+    for k, (x, y) in enumerate(pairs):
+        a, b = (a + x, b + y) if k else (x, y)
+        result.append((a * pitch_radii[k], b * pitch_radii[k]))
+    return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from operator import add, mul
+from operator import add, mul, sub
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -198,7 +198,7 @@ class EnvCore:
         parts = [*vectors[0].flat(), *vectors[1].flat(), *achieved]
         if not self._goal_env:
             parts += desired
-            parts += [b - a for a, b in zip(achieved, desired, strict=True)]
+            parts += map(sub, desired, achieved)
         offs = [vector.off_manifold for vector in vectors]
         observation = self._row(parts, offs) if self._scalar else self._rows(parts, offs)
         limit = self.physics.displacement_bound

@@ -91,7 +91,9 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         ValueError
             If the action has another shape or is not finite.
         """
-        joint = np.asarray(action, dtype=np.float64)
+        joint = np.asarray(action)
+        if joint.dtype != np.float32:  # the policy's own; its numbers need no conversion
+            joint = np.asarray(action, dtype=np.float64)
         if joint.shape != self._action_shape:
             raise ValueError(f"action must have the shape {self._action_shape}, got {joint.shape}")
         self.core.step(joint.tolist())

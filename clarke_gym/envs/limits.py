@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, FloatMath, Number, components, not_finite
+from clarke_gym._arrays import FloatArray, Number, components, not_finite
 from clarke_gym._linear_map import LinearMap
 from clarke_gym.physics.base import Joints, JointVector, Pair
 from clarke_gym.robots import Robot
@@ -82,7 +82,6 @@ class CommandLimits:
         self._robot = robot
         self._absolute = control == "absolute"
         self._scalar = scalar
-        self._xp: Any = FloatMath if scalar else np
         self._off_step = robot.max_tendon_speed_m_s * control_dt
         self._encode = LinearMap(robot.encoder.T.copy())
         self._radii = robot.pitch_radii.tolist()
@@ -157,8 +156,13 @@ class CommandLimits:
     def _saturate(self, pair: Pair, limit: float) -> Pair:
         """Return a vector shortened to at most `limit`, its direction kept."""
         x, y = pair
-        length = self._xp.sqrt(x * x + y * y)
-        scale = limit / self._xp.maximum(length, limit)
+        if self._scalar:
+            length = math.sqrt(x * x + y * y)
+            if length <= limit:
+                return pair
+            scale: Number = limit / length
+        else:
+            scale = limit / np.maximum(np.sqrt(x * x + y * y), limit)
         return x * scale, y * scale
 
     def _off_manifold(self, action: Joints, found: Any, held: Joints | None) -> Joints | None:

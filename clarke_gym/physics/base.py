@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -49,7 +50,7 @@ class JointVector:
 
     def flat(self) -> list[Number]:
         """Return the 2S components in the order of the robot's encoder."""
-        return [part for pair in self.pairs for part in pair]
+        return list(chain.from_iterable(self.pairs))
 
     @property
     def clarke(self) -> FloatArray:
