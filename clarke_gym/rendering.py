@@ -142,7 +142,7 @@ class Picture:
         self._robot = robot
         # A context belongs to a thread; in the caller's, that of a window may be current.
         self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
-        self._open = True
+        self._open, self._process = True, os.getpid()
         self._thread.submit(self._make, width, height).result()
 
     def _make(self, width: int, height: int) -> None:
@@ -190,7 +190,16 @@ class Picture:
         rgb : ndarray of uint8, shape (height, width, 3)
         depth : ndarray of float32, shape (height, width)
             Distance from the camera plane [m].
+
+        Raises
+        ------
+        RuntimeError
+            In a process forked from the one that made this object.
         """
+        if os.getpid() != self._process:
+            raise RuntimeError(
+                "pictures do not survive a fork; make the environment in the process that draws"
+            )
         return self._thread.submit(self._draw, backbone, points, load, goal, success).result()
 
     def _draw(
@@ -222,7 +231,7 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self._open:
+        if self._open and os.getpid() == self._process:
             self._open = False
             self._thread.submit(self._free).result()
             self._thread.shutdown()

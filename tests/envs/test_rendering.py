@@ -160,3 +160,15 @@ def test_any_thread_draws_and_the_callers_own_context_stays():
         second = other.submit(env.render).result()
     np.testing.assert_array_equal(first, second)
     env.close()
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_a_forked_process_is_told_that_it_cannot_draw(monkeypatch):
+    env = gym.make(ID, render_mode="rgb_array", render_width=64, render_height=64)
+    env.reset(seed=0)
+    env.render()
+    with monkeypatch.context() as forked:
+        forked.setattr(rendering.os, "getpid", lambda: -1)
+        with pytest.raises(RuntimeError, match="do not survive a fork"):
+            env.render()
+    env.close()
