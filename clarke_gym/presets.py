@@ -124,8 +124,8 @@ def make_robot(
         Tendons of every segment, spaced symmetrically from the first tendon's angle.
     n_segments : int, optional
         Number of segments; allowed where all segments of `robot` are alike. They are as long as
-        those of `robot`, but share `HOLDING_LENGTH_M` if they would be longer together; then their
-        pretension rises as their length falls.
+        those of `robot`, but without `segment_length_m` they share `HOLDING_LENGTH_M` if they would
+        be longer together; then their pretension rises as their length falls.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         As in `Segment`.
     material : str, optional
@@ -159,8 +159,10 @@ def make_robot(
             raise ValueError(f"n_segments must be a whole number >= 1, got {n_segments!r}")
         if any(segment != segments[0] for segment in segments):
             raise ValueError(f"n_segments needs equal segments; those of {robot.name!r} differ")
-        shared = max(HOLDING_LENGTH_M, robot.length_m) / n_segments
-        segments = (_shortened(segments[0], shared),) * n_segments
+        first = segments[0]
+        if segment_length_m is None:
+            first = _shortened(first, max(HOLDING_LENGTH_M, robot.length_m) / n_segments)
+        segments = (first,) * n_segments
     changes = {
         "length_m": segment_length_m,
         "pitch_radius_m": pitch_radius_m,

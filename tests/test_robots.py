@@ -89,7 +89,9 @@ def test_segments_share_the_length_that_the_backbone_holds_up():
     assert make_robot(n_segments=2).lengths.tolist() == [0.2, 0.2]
     assert make_robot(n_segments=5).length_m == pytest.approx(0.4)
     assert make_robot(n_segments=5).segments[0].pretension_n == pytest.approx(25.0)
-    assert make_robot(n_segments=5, segment_length_m=0.2).length_m == pytest.approx(1.0)
+    long = make_robot(n_segments=5, segment_length_m=0.2)
+    assert long.length_m == pytest.approx(1.0)
+    assert long.segments[0].pretension_n == 10.0
     robot = make_robot()
     segment = robot.segments[0]
     radius = segment.backbone_diameter_m / 2.0

@@ -27,7 +27,8 @@ class EnvConfig:
     n_tendons : int, optional
         Tendons of every segment, at least 3 (default: the preset's).
     n_segments : int, optional
-        Number of equal segments (default: the preset's).
+        Number of equal segments (default: the preset's). They share the length that the backbone
+        holds up, see `clarke_gym.presets.make_robot`, unless `segment_length_m` is given.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         Dimensions of every segment (default: the preset's).
     material : str, optional
