@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import itertools
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -62,7 +63,20 @@ def _make_context(width: int, height: int) -> Any:
     raise RuntimeError(f"{_HELP} ({'; '.join(problems)})")
 
 
-def _make_model(width: int, height: int, length: float) -> mujoco.MjModel:
+def _room(robot: Robot) -> tuple[float, float]:
+    """Return the height of a floor below every tip, and how far tips get from the base's axis [m].
+
+    A robot that can bend by T in all hangs lowest when it turns by half a turn first, and reaches
+    out furthest when it turns by a quarter, as early as it can.
+    """
+    total = float(robot.max_bending.sum())
+    hanging = max(0.0, 1.0 - math.pi / total)
+    turning = min(1.0, 0.5 * math.pi / total)
+    reach = turning * 2.0 / math.pi + 1.0 - turning
+    return -max(0.1, hanging + 0.05) * robot.length_m, reach * robot.length_m
+
+
+def _make_model(width: int, height: int, length: float, floor: float) -> mujoco.MjModel:
     """Return the empty room: floor, light and the quality settings that keep frames cheap."""
     spec = mujoco.MjSpec()
     spec.stat.extent = 2.0 * length
@@ -84,10 +98,17 @@ def _make_model(width: int, height: int, length: float) -> mujoco.MjModel:
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0.8 * length, 0.8 * length, 0.01],
-        pos=[0.0, 0.0, -0.1 * length],
+        pos=[0.0, 0.0, floor],
         rgba=[0.93, 0.94, 0.95, 1.0],
     )
     return spec.compile()
+
+
+def _most_shapes(robot: Robot) -> int:
+    """Return how many shapes a picture can need: disks, backbone, every tendon from the base on."""
+    points = max(segment.n_disks for segment in robot.segments)
+    tendons = sum(n * (s + 1) for s, n in enumerate(robot.n_tendons))
+    return 100 + points * (2 * robot.n_segments + tendons)
 
 
 def transported_frames(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -148,18 +169,19 @@ class Picture:
     def _make(self, width: int, height: int) -> None:
         length = self._robot.length_m
         self._context = _make_context(width, height)
-        self._model = _make_model(width, height, length)
+        self._model = _make_model(width, height, length, _room(self._robot)[0])
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
-        self._scene = mujoco.MjvScene(self._model, maxgeom=5000)
+        self._scene = mujoco.MjvScene(self._model, maxgeom=_most_shapes(self._robot))
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._render = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
-        self._camera.lookat[:] = 0.0, 0.0, 0.45 * length
-        self._camera.distance, self._camera.azimuth = 1.9 * length, 130.0
+        floor, reach = _room(self._robot)
+        self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + floor)
+        self._camera.distance, self._camera.azimuth = 3.0 * reach, 130.0
         self._camera.elevation = -14.0
 
     def draw(
@@ -248,7 +270,7 @@ class Picture:
     def _draw_robot(self, curve: FloatArray, points: int, load: FloatArray) -> None:
         x, y = transported_frames(curve)
         normal = np.cross(x, y)
-        base = np.array([0.0, 0.0, -0.1 * self._robot.length_m])
+        base = np.array([0.0, 0.0, _room(self._robot)[0]])
         radius = 1.6 * float(self._robot.pitch_radii.max())
         self._link(_CYLINDER, radius, base, np.zeros(3), DISK)
         tendon = 0

@@ -31,8 +31,11 @@ JOINT_BLOCKS = ("command", "displacement")
 BOUND_MARGIN = 1.0 + 1e-5
 """Room for float32 rounding between a value and the bound of its space."""
 
-FULL_LOAD_N = 20.0
-"""Tension [N] at which a tendon is drawn red."""
+FULL_LOAD = 2.0
+"""Tension over pretension at which a tendon is drawn red."""
+
+UNTENSIONED_LOAD_N = 20.0
+"""The same tension [N] for a robot without pretension."""
 
 Observation = dict[str, NDArray[np.float32]]
 
@@ -261,7 +264,8 @@ class EnvCore:
         """Return each tendon's load, 0 to 1: tension, or without one how far it is pulled."""
         tension: FloatArray | None = getattr(self.physics, "tension", None)
         if tension is not None:
-            return tension / FULL_LOAD_N
+            full = [FULL_LOAD * s.pretension_n or UNTENSIONED_LOAD_N for s in self.robot.segments]
+            return tension / np.repeat(full, self.robot.n_tendons)
         pulled = self.physics.state.displacement.joint(self.robot)
         return 0.5 + 0.5 * pulled * self._off_manifold_scale
 

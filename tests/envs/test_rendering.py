@@ -8,6 +8,7 @@ import pytest
 
 from clarke_gym import kinematics, rendering
 from clarke_gym.presets import make_robot
+from clarke_gym.tasks.reach import Reach
 
 ID = "clarke_gym/Reach-v0"
 PHYSICS = ["constant_curvature", "mujoco"]
@@ -172,3 +173,24 @@ def test_a_forked_process_is_told_that_it_cannot_draw(monkeypatch):
         with pytest.raises(RuntimeError, match="do not survive a fork"):
             env.render()
     env.close()
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3, 4, 5])
+def test_every_goal_is_above_the_floor_and_inside_the_picture(segments):
+    robot = make_robot(n_segments=segments)
+    floor, reach = rendering._room(robot)
+    task = Reach(robot)
+    _, goals = task.sample(np.random.default_rng(0).random((5000, task.n_uniforms)))
+    assert floor < goals[:, 2].min() < 1.0
+    assert np.hypot(goals[:, 0], goals[:, 1]).max() <= reach * (1.0 + 1e-12)
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_many_tendons_and_segments_fit_into_the_scene():
+    robot = make_robot(n_segments=5, n_tendons=40)
+    picture = rendering.Picture(robot, 64, 64)
+    curve = np.zeros((51, 3))
+    curve[:, 2] = np.linspace(0.0, robot.length_m, 51)
+    rgb, _ = picture.draw(curve, 10, np.zeros(robot.n_joints), (0.0, 0.1, 0.3))
+    assert near(rgb, rendering.GOAL) > 0
+    picture.close()
