@@ -6,9 +6,7 @@ needs no window: EGL or OSMesa draw off-screen.
 
 from __future__ import annotations
 
-import importlib
 import itertools
-import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,15 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray
+from clarke_gym._scene import make_context, make_model, room
 from clarke_gym.robots import Robot
 
 Image = NDArray[np.uint8]
-
-_BACKENDS = ("egl", "osmesa")
-_HELP = (
-    "no OpenGL for off-screen rendering: install the Debian packages libegl1, libegl-mesa0 and "
-    "libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa); MUJOCO_GL=egl or osmesa chooses one"
-)
 
 BACKBONE = (0.25, 0.27, 0.30, 1.0)
 DISK = (0.72, 0.75, 0.80, 1.0)
@@ -39,69 +32,6 @@ TAUT = np.array([0.85, 0.10, 0.15, 1.0])
 _CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
 _CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
 _SPHERE = mujoco.mjtGeom.mjGEOM_SPHERE
-
-
-def _make_context(width: int, height: int) -> Any:
-    """Return a current off-screen OpenGL context.
-
-    Raises
-    ------
-    RuntimeError
-        If neither EGL nor OSMesa works; the message names the packages.
-    """
-    chosen = os.environ.get("MUJOCO_GL", "").lower()
-    problems = []
-    for backend in (chosen,) if chosen in (*_BACKENDS, "glfw") else _BACKENDS:
-        try:
-            context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
-            context.make_current()
-        except Exception as error:  # each backend fails in its own way
-            problems.append(f"{backend}: {error}")
-            os.environ.pop("PYOPENGL_PLATFORM", None)  # a failed backend must not bind the next
-        else:
-            return context
-    raise RuntimeError(f"{_HELP} ({'; '.join(problems)})")
-
-
-def _room(robot: Robot) -> tuple[float, float]:
-    """Return the height of a floor below every tip, and how far tips get from the base's axis [m].
-
-    A robot that can bend by T in all hangs lowest when it turns by half a turn first, and reaches
-    out furthest when it turns by a quarter, as early as it can.
-    """
-    total = float(robot.max_bending.sum())
-    hanging = max(0.0, 1.0 - math.pi / total)
-    turning = min(1.0, 0.5 * math.pi / total)
-    reach = turning * 2.0 / math.pi + 1.0 - turning
-    return -max(0.1, hanging + 0.05) * robot.length_m, reach * robot.length_m
-
-
-def _make_model(width: int, height: int, length: float, floor: float) -> mujoco.MjModel:
-    """Return the empty room: floor, light and the quality settings that keep frames cheap."""
-    spec = mujoco.MjSpec()
-    spec.stat.extent = 2.0 * length
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
-    spec.visual.quality.offsamples = 4 if width * height > 200 * 200 else 0
-    spec.visual.quality.numslices, spec.visual.quality.numstacks = 12, 4
-    spec.visual.quality.numquads = 1
-    spec.visual.headlight.ambient = [0.55, 0.55, 0.55]
-    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.98, 0.98, 0.99],
-        rgb2=[0.80, 0.86, 0.92],
-        width=64,
-        height=384,
-    )
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.8 * length, 0.8 * length, 0.01],
-        pos=[0.0, 0.0, floor],
-        rgba=[0.93, 0.94, 0.95, 1.0],
-    )
-    return spec.compile()
 
 
 def _most_shapes(robot: Robot) -> int:
@@ -168,8 +98,8 @@ class Picture:
 
     def _make(self, width: int, height: int) -> None:
         length = self._robot.length_m
-        self._context = _make_context(width, height)
-        self._model = _make_model(width, height, length, _room(self._robot)[0])
+        self._context = make_context(width, height)
+        self._model = make_model(width, height, length, room(self._robot)[0])
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
         self._scene = mujoco.MjvScene(self._model, maxgeom=_most_shapes(self._robot))
@@ -179,7 +109,7 @@ class Picture:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
-        floor, reach = _room(self._robot)
+        floor, reach = room(self._robot)
         self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + floor)
         self._camera.distance, self._camera.azimuth = 3.0 * reach, 130.0
         self._camera.elevation = -14.0
@@ -270,7 +200,7 @@ class Picture:
     def _draw_robot(self, curve: FloatArray, points: int, load: FloatArray) -> None:
         x, y = transported_frames(curve)
         normal = np.cross(x, y)
-        base = np.array([0.0, 0.0, _room(self._robot)[0]])
+        base = np.array([0.0, 0.0, room(self._robot)[0]])
         radius = 1.6 * float(self._robot.pitch_radii.max())
         self._link(_CYLINDER, radius, base, np.zeros(3), DISK)
         tendon = 0

@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from clarke_gym import kinematics, rendering
+from clarke_gym import _scene, kinematics, rendering
 from clarke_gym.presets import make_robot
 from clarke_gym.tasks.reach import Reach
 
@@ -127,7 +127,7 @@ def test_no_opengl_names_the_packages(monkeypatch):
     def missing(name):
         raise ImportError(f"no {name}")
 
-    monkeypatch.setattr(rendering.importlib, "import_module", missing)
+    monkeypatch.setattr(_scene.importlib, "import_module", missing)
     with pytest.raises(RuntimeError, match=r"libegl1.*libosmesa6.*no mujoco.egl"):
         rendering.Picture(make_robot(), 32, 32)
 
@@ -178,7 +178,7 @@ def test_a_forked_process_is_told_that_it_cannot_draw(monkeypatch):
 @pytest.mark.parametrize("segments", [1, 2, 3, 4, 5])
 def test_every_goal_is_above_the_floor_and_inside_the_picture(segments):
     robot = make_robot(n_segments=segments)
-    floor, reach = rendering._room(robot)
+    floor, reach = _scene.room(robot)
     task = Reach(robot)
     _, goals = task.sample(np.random.default_rng(0).random((5000, task.n_uniforms)))
     assert floor < goals[:, 2].min() < 1.0
