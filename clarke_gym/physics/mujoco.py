@@ -233,6 +233,8 @@ class MujocoPhysics:
         With the actuation "tension", `command` holds tensions [N] in the same two parts. Robots
         that have diverged stay where they were until they are reset.
         """
+        if np.count_nonzero(self._diverged) == self.num_envs:
+            return
         start, end = self._drive, self._approach(command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()

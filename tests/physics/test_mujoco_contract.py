@@ -2,6 +2,7 @@
 
 import math
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -130,6 +131,32 @@ def test_divergence_is_flagged_contained_and_resettable(physics, tmp_path, monke
     physics.step(command)
     assert not physics.state.diverged.any()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("num_envs", [1, 2])
+@pytest.mark.parametrize("profile", ["fast", "accurate"])
+@pytest.mark.parametrize("representation", ["raw", "clarke"])
+def test_stepping_on_after_all_have_diverged_stays_finite(num_envs, profile, representation):
+    keywords = {"n_tendons": 4, "profile": profile, "representation": representation}
+    envs = gym.make_vec(
+        "clarke_gym/Reach-v0", num_envs=num_envs, physics="mujoco", autoreset_mode="disabled",
+        **keywords,
+    )  # fmt: skip
+    env = gym.make("clarke_gym/Reach-v0", physics="mujoco", **keywords)
+    for each in (envs, env):
+        each.reset(seed=0)
+        core = each.unwrapped.core
+        state = core.state()
+        state["physics"]["qvel"][:] = 1e6
+        core.restore(state)
+        for _ in range(3):
+            observation, reward, terminated, _, info = each.step(each.action_space.sample())
+            assert np.isfinite(observation).all()
+            assert np.isfinite(reward).all()
+            assert np.all(terminated)
+            assert np.all(info["diverged"])
+            if each is envs:
+                break  # an ended batch has to be reset first
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
