@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from clarke_gym._arrays import Number
 
-ROW_BLOCK = 32
+ROW_BLOCK = 64
 
 
 def map_rows(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:

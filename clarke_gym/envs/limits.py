@@ -40,9 +40,7 @@ def largest_magnitude(joints: Joints) -> Any:
     while sizes.shape[1] > 8:  # NumPy's reduction along short rows is several times slower
         half = (sizes.shape[1] + 1) // 2
         sizes = np.maximum(sizes[:, :half], sizes[:, -half:])
-    largest: FloatArray = sizes[:, 0]
-    for k in range(1, sizes.shape[1]):
-        largest = np.maximum(largest, sizes[:, k])
+    largest: FloatArray = np.maximum.reduce(np.ascontiguousarray(sizes.T))
     return largest
 
 
@@ -126,7 +124,7 @@ class CommandLimits:
             size = length * length
             finite = math.isfinite(size)
         else:
-            size = np.einsum("bn,bn->b", action, action)
+            size = np.vecdot(action, action)
             finite = math.isfinite(size.sum())
         if not finite:
             raise ValueError(not_finite(np.asarray(action)))
