@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clarke_gym._arrays import Array, as_floating
+from clarke_gym._checks import check_choice
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,7 @@ def joint_type(name: str) -> JointType:
     >>> joint_type("rod").pulls
     True
     """
-    if name not in JOINT_TYPES:
-        raise ValueError(f"joint_type must be one of {sorted(JOINT_TYPES)}, got {name!r}")
-    return JOINT_TYPES[name]
+    return JOINT_TYPES[check_choice("joint_type", name, sorted(JOINT_TYPES))]
 
 
 def stroke_to_displacement(stroke: Array, name: str) -> Array:

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, replace
 from typing import Any
 
-from clarke_gym._checks import check_tendon_count
+from clarke_gym._checks import check_choice, check_tendon_count
 from clarke_gym.clarke import joint_angles
 from clarke_gym.materials import MATERIALS
 from clarke_gym.robots import Robot, Segment
@@ -148,9 +148,7 @@ def make_robot(
     ([0.1, 0.1, 0.1, 0.1], 0.4)
     """
     if isinstance(robot, str):
-        if robot not in PRESETS:
-            raise ValueError(f"robot must be one of {sorted(PRESETS)}, got {robot!r}")
-        robot = PRESETS[robot]
+        robot = PRESETS[check_choice("robot", robot, sorted(PRESETS))]
     elif not isinstance(robot, Robot):
         raise TypeError(f"robot must be a preset's name or a Robot, got {robot!r}")
     segments = robot.segments
@@ -172,9 +170,7 @@ def make_robot(
     if pitch_radius_m is not None:
         given["tendon_radii_m"] = None
     if material is not None:
-        if material not in MATERIALS:
-            raise ValueError(f"material must be one of {sorted(MATERIALS)}, got {material!r}")
-        given.update(asdict(MATERIALS[material]))
+        given.update(asdict(MATERIALS[check_choice("material", material, sorted(MATERIALS))]))
     segments = tuple(replace(_with_tendons(segment, n_tendons), **given) for segment in segments)
     return replace(robot, segments=segments)
 

@@ -98,8 +98,9 @@ class Picture:
 
     def _make(self, width: int, height: int) -> None:
         length = self._robot.length_m
+        self._floor, reach = room(self._robot)
         self._context = make_context(width, height)
-        self._model = make_model(width, height, length, room(self._robot)[0])
+        self._model = make_model(width, height, length, self._floor)
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
         self._scene = mujoco.MjvScene(self._model, maxgeom=_most_shapes(self._robot))
@@ -109,8 +110,7 @@ class Picture:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
-        floor, reach = room(self._robot)
-        self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + floor)
+        self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + self._floor)
         self._camera.distance, self._camera.azimuth = 3.0 * reach, 130.0
         self._camera.elevation = -14.0
 
@@ -200,7 +200,7 @@ class Picture:
     def _draw_robot(self, curve: FloatArray, points: int, load: FloatArray) -> None:
         x, y = transported_frames(curve)
         normal = np.cross(x, y)
-        base = np.array([0.0, 0.0, room(self._robot)[0]])
+        base = np.array([0.0, 0.0, self._floor])
         radius = 1.6 * float(self._robot.pitch_radii.max())
         self._link(_CYLINDER, radius, base, np.zeros(3), DISK)
         tendon = 0

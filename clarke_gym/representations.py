@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray
+from clarke_gym._checks import check_choice
 from clarke_gym._linear_map import map_rows
 from clarke_gym.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.robots import Robot, Segment, block_diagonal
@@ -300,8 +301,7 @@ def make_representation(name: str, robot: Robot) -> Representation:
     >>> clarke.decode(np.array([1.0, 0.0])).round(3)
     array([ 1. , -0.5, -0.5])
     """
-    if name not in representation_names():
-        raise ValueError(f"representation must be one of {representation_names()}, got {name!r}")
+    check_choice("representation", name, representation_names())
     polar = name == "arc_polar"
     maps = [_LINEAR["clarke" if polar else name](segment) for segment in robot.segments]
     decoder, encoder = (block_diagonal([pair[i] for pair in maps]) for i in (0, 1))

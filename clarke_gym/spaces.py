@@ -20,7 +20,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
-from clarke_gym._checks import check_pairs
+from clarke_gym._checks import check_choice, check_pairs
 from clarke_gym.inverse import segment_inverse
 from clarke_gym.inverse_chain import inverse_kinematics
 from clarke_gym.jacobians import tip_jacobian
@@ -257,8 +257,7 @@ class SpaceChain:
         (6, 3)
         """
         for name, value in (("source", source), ("target", target)):
-            if value not in SPACES:
-                raise ValueError(f"{name} must be one of {list(SPACES)}, got {value!r}")
+            check_choice(name, value, SPACES)
         start, end = SPACES.index(source), SPACES.index(target)
         if start == end:
             raise ValueError(f"source and target must differ, got {source!r} twice")

@@ -95,7 +95,7 @@ class EnvCore:
         self.streams = UniformStreams(num_envs, self.task.n_uniforms)
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.goal = np.zeros((num_envs, self.task.goal_size))
-        self._limits = CommandLimits(robot, config.control, config.control_dt, scalar)
+        self._limits = CommandLimits(robot, config.control, config.control_dt)
         self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)

@@ -11,7 +11,7 @@ import numpy as np
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, not_finite
 from clarke_gym._linear_map import LinearMap
-from clarke_gym.physics.base import Joints, JointVector, Pair
+from clarke_gym.physics.base import Joints, JointVector, shortened
 from clarke_gym.robots import Robot
 
 OFF_MANIFOLD_RESOLUTION = 1e-6
@@ -72,14 +72,11 @@ class CommandLimits:
     control : {"increment", "absolute"}
     control_dt : float
         Control period [s].
-    scalar : bool
-        Compute with Python floats: for the scalar environment.
     """
 
-    def __init__(self, robot: Robot, control: str, control_dt: float, scalar: bool = False) -> None:
+    def __init__(self, robot: Robot, control: str, control_dt: float) -> None:
         self._robot = robot
         self._absolute = control == "absolute"
-        self._scalar = scalar
         self._off_step = robot.max_tendon_speed_m_s * control_dt
         self._encode = LinearMap(robot.encoder.T.copy())
         self._radii = robot.pitch_radii.tolist()
@@ -143,25 +140,13 @@ class CommandLimits:
             u, v = a * scale, b * scale
             if self._absolute:
                 u, v = u - x, v - y
-            u, v = self._saturate((u, v), step)
+            u, v = shortened((u, v), step)
             pairs.append((x + u, y + v))
         found = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
         decoupled = kinematics.decoupled(pairs, self._radii)
-        bends = list(map(self._saturate, decoupled, self._max_bending))
+        bends = list(map(shortened, decoupled, self._max_bending))
         off = self._off_manifold(action, found, command.off_manifold)
         return JointVector(kinematics.coupled(bends, self._radii), off)
-
-    def _saturate(self, pair: Pair, limit: float) -> Pair:
-        """Return a vector shortened to at most `limit`, its direction kept."""
-        x, y = pair
-        if self._scalar:
-            length = math.sqrt(x * x + y * y)
-            if length <= limit:
-                return pair
-            scale: Number = limit / length
-        else:
-            scale = limit / np.maximum(np.sqrt(x * x + y * y), limit)
-        return x * scale, y * scale
 
     def _off_manifold(self, action: Joints, found: Any, held: Joints | None) -> Joints | None:
         """Return the off-manifold command; `found` tells which rows of the action have one."""

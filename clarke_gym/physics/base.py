@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -98,6 +99,58 @@ class JointVector:
         """Return the vector of `get_state`, bit for bit."""
         off = state["off_manifold"]
         return cls.from_clarke(state["clarke"], None if off is None else off.copy(), scalar)
+
+
+def lag_gain(robot: Robot, control_dt: float) -> float:
+    r"""Return the share of a gap that the drives close in one control period.
+
+    Parameters
+    ----------
+    robot : Robot
+    control_dt : float
+        Control period T [s].
+
+    Returns
+    -------
+    float
+        :math:`1 - e^{-T/\tau}` with the drives' time constant tau; 1 for ideal drives.
+
+    Examples
+    --------
+    >>> round(lag_gain(Robot(), 0.05), 6), lag_gain(Robot(actuator_time_constant_s=0.0), 0.05)
+    (0.632121, 1.0)
+    """
+    tau = robot.actuator_time_constant_s
+    return 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+
+
+def shortened(pair: Pair, limit: float) -> Pair:
+    """Return a vector shortened to at most a limit, its direction kept.
+
+    Parameters
+    ----------
+    pair : tuple of 2
+        Components: floats or arrays.
+    limit : float
+
+    Returns
+    -------
+    tuple of 2
+
+    Examples
+    --------
+    >>> shortened((3.0, 4.0), 10.0), shortened((3.0, 4.0), 2.5)
+    ((3.0, 4.0), (1.5, 2.0))
+    """
+    x, y = pair
+    if isinstance(x, float):
+        length = math.sqrt(x * x + y * y)
+        if length <= limit:
+            return pair
+        scale: Number = limit / length
+    else:
+        scale = limit / np.maximum(np.sqrt(x * x + y * y), limit)
+    return x * scale, y * scale
 
 
 def approached(held: Any, target: Any, gain: float) -> Joints | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.base import JointVector, RobotState, approached
+from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain
 from clarke_gym.robots import Robot
 
 
@@ -47,8 +46,7 @@ class ConstantCurvature:
     ) -> None:
         self.robot = robot
         self.num_envs = num_envs
-        tau = robot.actuator_time_constant_s
-        self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+        self._gain = lag_gain(robot, control_dt)
         self._scalar = scalar
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from clarke_gym._checks import check_choice, check_vector
+from clarke_gym._checks import check_choice, check_positive, check_vector
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.links import DISK_RIM_M, Backbone, Chain
 from clarke_gym.physics.tendons import folded_axes, tendon_offsets
@@ -75,8 +75,8 @@ def substeps(control_dt: float, sim_dt: float | None, longest: float) -> int:
     (13, 5)
     """
     for name, value in (("control_dt", control_dt), ("sim_dt_s", sim_dt)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be a positive finite number, got {value!r}")
+        if value is not None:
+            check_positive(name, value)
     if sim_dt is None:
         return max(1, math.ceil(control_dt / longest - 1e-9))
     count = round(control_dt / sim_dt)

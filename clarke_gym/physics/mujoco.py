@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, FloatMath, components
+from clarke_gym._arrays import FloatArray, components
 from clarke_gym._checks import check_choice, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
-from clarke_gym.physics.base import JointVector, RobotState, approached
+from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain, shortened
 from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.folding import FoldedSteps
 from clarke_gym.physics.links import Chain
@@ -105,12 +105,10 @@ class MujocoPhysics:
         self.robot = robot
         self.num_envs = num_envs
         self._scalar = scalar
-        self._xp: Any = FloatMath if scalar else np
         self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
-        tau = robot.actuator_time_constant_s
-        self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+        self._gain = lag_gain(robot, control_dt)
         # Environments keep to the rate limit; the margin leaves their commands' bits alone.
         self._reach = (robot.tendon_speeds * control_dt * (1.0 + 1e-9)).tolist()
         if threads is None:
@@ -126,7 +124,6 @@ class MujocoPhysics:
             "base_quaternion": base_quaternion,
             "payload_kg": payload_kg,
         }
-        self._profile = numbers
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
         self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
@@ -233,12 +230,13 @@ class MujocoPhysics:
         With the actuation "tension", `command` holds tensions [N] in the same two parts. Robots
         that have diverged stay where they were until they are reset.
         """
-        if np.count_nonzero(self._diverged) == self.num_envs:
+        stopped = np.count_nonzero(self._diverged)
+        if stopped == self.num_envs:
             return
         start, end = self._drive, self._approach(command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()
-        active = ~self._diverged if np.count_nonzero(self._diverged) else None
+        active = ~self._diverged if stopped else None
         if self._folded is not None:
             failed = self._folded.run(active, start, end, before)
         else:
@@ -249,10 +247,10 @@ class MujocoPhysics:
             failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
         if active is not None or np.count_nonzero(failed):
             self._diverged = self._diverged | failed
-            stopped = np.flatnonzero(self._diverged)
-            engine.qpos[stopped] = before[0][stopped]
-            engine.qvel[stopped] = 0.0
-            end = end.with_rows(stopped, start.clarke[stopped])
+            still = np.flatnonzero(self._diverged)
+            engine.qpos[still] = before[0][still]
+            engine.qvel[still] = 0.0
+            end = end.with_rows(still, start.clarke[still])
         self._drive = end
         self._refresh()
 
@@ -266,15 +264,14 @@ class MujocoPhysics:
 
     def _approach(self, command: JointVector) -> JointVector:
         """Return where the drives get to within one control period."""
-        drive, gain, xp = self._drive, self._gain, self._xp
+        drive, gain = self._drive, self._gain
         if self._tension_driven:
             return JointVector.from_state(command.get_state(), self._scalar)
         pairs = []
         rows = zip(drive.pairs, command.pairs, self._reach, strict=True)
         for (x, y), (u, v), reach in rows:
-            u, v = gain * (u - x), gain * (v - y)
-            share = reach / xp.maximum(xp.sqrt(u * u + v * v), reach)
-            pairs.append((x + u * share, y + v * share))
+            u, v = shortened((gain * (u - x), gain * (v - y)), reach)
+            pairs.append((x + u, y + v))
         off = approached(drive.off_manifold, command.off_manifold, gain)
         return JointVector(pairs, off)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, float32, from_components, gaps64, namespace
-from clarke_gym._checks import check_positive
+from clarke_gym._checks import check_choice, check_positive
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import Float32Array
@@ -57,8 +57,7 @@ class Reach:
         success_tolerance: float = 0.02,
         random_start: bool = True,
     ) -> None:
-        if reward not in REWARDS:
-            raise ValueError(f"reward must be one of {list(REWARDS)}, got {reward!r}")
+        check_choice("reward", reward, REWARDS)
         check_positive("success_tolerance", success_tolerance)
         self.robot = robot
         self.success_tolerance = float(success_tolerance)
