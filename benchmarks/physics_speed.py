@@ -109,17 +109,15 @@ def bare(count: int, profile: str, segments: int) -> Workload:
     env, work = actor(count, profile, segments)
     chain = env.unwrapped.core.physics.chain
     tape: list[FloatArray] = []
-    run = Engine.run
+    set_actuators = Engine._set_actuators
 
-    def recorded(
-        self: Engine, rows: Any, start: FloatArray, end: FloatArray, steps: int, record: bool
-    ) -> Any:
+    def recorded(self: Engine, start: Any, control: Any) -> None:
         if self.chain is chain:
-            rates = (end - start) / (steps * chain.model.opt.timestep)
-            tape.append(np.concatenate([self.qpos, self.qvel, start, rates], axis=1))
-        return run(self, rows, start, end, steps, record)
+            parts = self.qpos, self.qvel, np.atleast_2d(start), np.atleast_2d(control)
+            tape.append(np.concatenate(parts, axis=1))
+        set_actuators(self, start, control)
 
-    with mock.patch.object(Engine, "run", recorded):
+    with mock.patch.object(Engine, "_set_actuators", recorded):
         for _ in range(EPISODE if count > 1 else 8 * EPISODE):
             work()
     steps = round(ENV_DT / chain.model.opt.timestep)

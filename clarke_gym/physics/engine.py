@@ -1,6 +1,9 @@
-"""A batch of one MuJoCo model: runs rows for some time steps and reads fresh kinematics."""
+"""One MuJoCo model, simulated as a batch or as one robot: time steps and fresh kinematics."""
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -37,8 +40,111 @@ class QuietEngine:
         mujoco.set_mju_user_warning(self._previous)
 
 
-class Engine:
+class Engine(ABC):
     """B simulations of one chain.
+
+    Parameters
+    ----------
+    chain : Chain
+    """
+
+    qpos: FloatArray
+    """Joint coordinates [rad], shape (B, nq), to read and to write."""
+
+    qvel: FloatArray
+    """Their rates [rad/s], shape (B, nv)."""
+
+    _control: FloatArray
+    _activation: FloatArray | None
+    _counts: NDArray[np.intc]
+    """Warnings of each kind that each simulation has had."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.straight = chain.model.tendon_length0.copy()
+        self._tip = chain.model.site("tip").id
+        self._warned, self._warnings_seen = np.zeros(1, np.intp), b""
+
+    def _set_actuators(self, start: Any, control: Any) -> None:
+        if self._activation is not None:
+            self._activation[:] = start
+        self._control[:] = control
+
+    def _failed(self) -> NDArray[np.bool_] | None:
+        """Return which simulations broke down since the last call; None for none."""
+        seen = self._counts.tobytes()
+        if seen == self._warnings_seen:
+            return None
+        warned: NDArray[np.intp] = self._counts[:, _BAD_STATE].sum(1)
+        failed = warned != self._warned
+        self._warned, self._warnings_seen = warned, seen
+        return failed
+
+    @abstractmethod
+    def run(
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> NDArray[np.bool_] | None:
+        """Advance the simulations `rows` (None for all).
+
+        Parameters
+        ----------
+        rows : ndarray of int or None
+        start : ndarray, shape (B, nu), list of nu floats for a batch of one, or None
+            Commanded tendon lengths at the start [m]; None with actuators that take tensions.
+        control : ndarray, shape (B, nu), or list of nu floats
+            Rate of the commanded lengths [m/s], or tensions [N].
+        steps : int
+            Time steps K.
+
+        Returns
+        -------
+        ndarray of bool, shape (B,), or None
+            Simulations that the engine gave up; None for none.
+        """
+
+    @abstractmethod
+    def run_watched(
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> tuple[NDArray[np.bool_] | None, Any]:
+        """Advance like `run`, and return too what acted in each time step.
+
+        Returns
+        -------
+        failed : ndarray of bool, shape (B,), or None
+        lengths : ndarray, shape (rows, K, ntendon), or list of (K + 1) * ntendon floats
+            Tendon lengths at the start of every time step [m]; of a single robot also at the end.
+        """
+
+    @abstractmethod
+    def tip_pose(self) -> tuple[list[Number], list[Number]]:
+        """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
+
+    @abstractmethod
+    def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
+        """Return outputs of the current state, shape (B, ...), after a stage of the engine."""
+
+    def stretch(self) -> FloatArray:
+        """Return how much longer each tendon is than on the straight robot [m], (B, ntendon)."""
+        stretch: FloatArray = self._fresh(_POSITIONS, "ten_length")[0] - self.straight
+        return stretch
+
+    def stretch_rate(self) -> FloatArray:
+        """Return the rate of `stretch` [m/s]."""
+        return self._fresh(_VELOCITIES, "ten_velocity")[0].copy()
+
+    def points(self, stations: FloatArray) -> FloatArray:
+        """Return the points at some arc lengths of the backbone [m], shape (B, points, 3)."""
+        positions, frames = self._fresh(_POSITIONS, "xpos", "xmat")
+        bodies = np.searchsorted(self.chain.stations[1:], stations, side="right")
+        bodies = np.minimum(bodies, len(self.chain.stations) - 1)
+        tangents = frames.reshape(len(positions), -1, 3, 3)[..., 2][:, bodies]
+        along = (stations - self.chain.stations[bodies])[:, None]
+        curve: FloatArray = positions[:, bodies] + along * tangents
+        return curve
+
+
+class BatchEngine(Engine):
+    """B simulations on some threads.
 
     Parameters
     ----------
@@ -50,108 +156,102 @@ class Engine:
     """
 
     def __init__(self, chain: Chain, num_envs: int, threads: int) -> None:
-        self.chain = chain
-        model = chain.model
-        self._batch = Batch(model, num_envs, threads)
+        super().__init__(chain)
+        self._batch = Batch(chain.model, num_envs, threads)
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._control = self._batch.bind("ctrl")
-        self._activation = self._batch.bind("act") if model.na else None
+        self._activation = self._batch.bind("act") if chain.model.na else None
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
-        self._lengths = self._batch.bind("ten_length")
-        self._timestep = model.opt.timestep
-        self._tip = model.site("tip").id
         self._counts = self._batch.warning[:, :, 1]
-        self._warned, self._warnings_seen = self._warnings(), self._counts.tobytes()
-        self.straight = model.tendon_length0.copy()
-        self._record = np.zeros((num_envs, 0, model.ntendon))
-
-    def _warnings(self) -> NDArray[np.intp]:
-        counts: NDArray[np.intp] = self._counts[:, _BAD_STATE].sum(1)
-        return counts
+        self._record = np.zeros((num_envs, 0, chain.model.ntendon))
 
     def run(
-        self,
-        rows: NDArray[np.intp] | None,
-        start: FloatArray,
-        end: FloatArray,
-        steps: int,
-        record: bool,
-    ) -> tuple[NDArray[np.bool_], FloatArray | None]:
-        """Advance the simulations `rows` (None for all) under ramped actuators.
-
-        Parameters
-        ----------
-        rows : ndarray of int or None
-        start, end : ndarray, shape (B, nu)
-            Commanded tendon lengths [m] before and after, or tensions [N], of which only the end
-            counts.
-        steps : int
-            Time steps K.
-        record : bool
-            Whether to return the tendon lengths of every time step.
-
-        Returns
-        -------
-        failed : ndarray of bool, shape (B,)
-            Simulations that the engine gave up.
-        lengths : ndarray, shape (rows, K, ntendon), or None
-            The tendon lengths that acted in each time step.
-        """
-        if self._activation is None:
-            self._control[:] = end
-        else:
-            self._activation[:] = start
-            self._control[:] = (end - start) / (steps * self._timestep)
-        lengths = None
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> NDArray[np.bool_] | None:
+        """Advance the simulations `rows`; see `Engine.run`."""
+        self._set_actuators(start, control)
         with QuietEngine():
-            if not record:
-                self._batch.step(rows, nstep=steps)
-            elif rows is None:
-                if self._record.shape[1] != steps:
-                    self._record = np.zeros((len(self.qpos), steps, self.chain.model.ntendon))
-                lengths = self._record
-                self._batch.rollout(steps, record=("ten_length",), out={"ten_length": lengths})
-            else:
-                out = self._batch.rollout(steps, record=("ten_length",), ids=rows)
-                lengths = out["ten_length"]
-        failed = np.zeros(len(self.qpos), dtype=bool)
-        seen = self._counts.tobytes()
-        if seen != self._warnings_seen:
-            warned = self._warnings()
-            failed = warned != self._warned
-            self._warned, self._warnings_seen = warned, seen
-        return failed, lengths
+            self._batch.step(rows, nstep=steps)
+        return self._failed()
 
-    def refresh(self) -> None:
-        """Bring kinematics and tendon lengths up to the current joint coordinates."""
-        self._batch.forward(stage=_POSITIONS)
+    def run_watched(
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> tuple[NDArray[np.bool_] | None, Any]:
+        """Advance and return tendon lengths; see `Engine.run_watched`."""
+        self._set_actuators(start, control)
+        out: dict[Any, FloatArray] = {}
+        if rows is None:
+            if self._record.shape[1] != steps:
+                self._record = np.zeros((len(self.qpos), steps, self._record.shape[2]))
+            out["ten_length"] = self._record
+        with QuietEngine():
+            out = self._batch.rollout(steps, record=("ten_length",), ids=rows, out=out)
+        return self._failed(), out["ten_length"]
 
-    def tip_pose(self, scalar: bool) -> tuple[list[Number], list[Number]]:
+    def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
-        if scalar:
-            return self._sites[0, self._tip].tolist(), self._quaternions[0, -1].tolist()
+        self._batch.forward(stage=_POSITIONS)
         poses = self._sites[:, self._tip], self._quaternions[:, -1]
         return components(poses[0].copy(), False), components(poses[1].copy(), False)
 
-    def stretch(self) -> FloatArray:
-        """Return how much longer each tendon is than on the straight robot [m], (B, ntendon)."""
-        stretch: FloatArray = self._lengths - self.straight
-        return stretch
+    def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
+        outputs = [self._batch.bind(field) for field in fields]
+        self._batch.forward(stage=stage)
+        return outputs
 
-    def stretch_rate(self) -> FloatArray:
-        """Return the rate of `stretch` [m/s]."""
-        rates = self._batch.bind("ten_velocity")
-        self._batch.forward(stage=_VELOCITIES)
-        return rates.copy()
 
-    def points(self, stations: FloatArray) -> FloatArray:
-        """Return the points at some arc lengths of the backbone [m], shape (B, points, 3)."""
-        positions, frames = self._batch.bind("xpos"), self._batch.bind("xmat")
-        self._batch.forward(stage=_POSITIONS)
-        bodies = np.searchsorted(self.chain.stations[1:], stations, side="right")
-        bodies = np.minimum(bodies, len(self.chain.stations) - 1)
-        tangents = frames.reshape(len(positions), -1, 3, 3)[..., 2][:, bodies]
-        along = (stations - self.chain.stations[bodies])[:, None]
-        curve: FloatArray = positions[:, bodies] + along * tangents
-        return curve
+class SingleEngine(Engine):
+    """One simulation, with less overhead than a batch of one.
+
+    Parameters
+    ----------
+    chain : Chain
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        super().__init__(chain)
+        self._model = chain.model
+        self._data = data = mujoco.MjData(self._model)
+        # Views into the simulator's memory, made once.
+        self.qpos, self.qvel = data.qpos[None], data.qvel[None]
+        self._control, self._activation = data.ctrl, data.act if self._model.na else None
+        self._lengths, self._counts = data.ten_length, data.warning.number[None]
+        self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
+
+    def run(
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> NDArray[np.bool_] | None:
+        """Advance the simulation, whichever `rows` says; see `Engine.run`."""
+        del rows
+        self._set_actuators(start, control)
+        with QuietEngine():
+            mujoco.mj_step(self._model, self._data, steps)
+        return self._failed()
+
+    def run_watched(
+        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
+    ) -> tuple[NDArray[np.bool_] | None, Any]:
+        """Advance and return tendon lengths; see `Engine.run_watched`."""
+        del rows
+        self._set_actuators(start, control)
+        model, data, step, read = self._model, self._data, mujoco.mj_step, self._lengths.tolist
+        lengths: list[float] = []
+        with QuietEngine():
+            for _ in range(steps):
+                step(model, data)
+                lengths += read()
+        mujoco.mj_tendon(model, data)
+        lengths += read()
+        return self._failed(), lengths
+
+    def tip_pose(self) -> tuple[list[Number], list[Number]]:
+        """Return the components of the tip's position [m] and orientation (w, x, y, z)."""
+        mujoco.mj_kinematics(self._model, self._data)
+        return self._tip_position.tolist(), self._tip_quaternion.tolist()
+
+    def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
+        mujoco.mj_fwdPosition(self._model, self._data)
+        if stage == _VELOCITIES:
+            mujoco.mj_fwdVelocity(self._model, self._data)
+        return [getattr(self._data, field)[None] for field in fields]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,36 @@ from clarke_gym._linear_map import LinearMap
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.tendons import TendonSprings
+
+Before: TypeAlias = tuple[FloatArray, FloatArray]
+"""Joint coordinates and velocities at the start of a control step."""
+
+_ROW = np.array([0])
+
+
+def ramp_rates(start: Any, end: Any, duration: float) -> Any:
+    """Return the rates at which commanded lengths change in a control step.
+
+    Parameters
+    ----------
+    start, end : ndarray or list of float
+        Lengths before and after [m].
+    duration : float
+        [s].
+
+    Returns
+    -------
+    ndarray or list of float
+        [m/s].
+
+    Examples
+    --------
+    >>> ramp_rates([0.0, 0.5], [0.5, 0.5], 0.25)
+    [2.0, 0.0]
+    """
+    if isinstance(start, list):
+        return [(b - a) / duration for a, b in zip(start, end, strict=True)]
+    return (end - start) / duration
 
 
 class FoldedSteps:
@@ -46,11 +77,13 @@ class FoldedSteps:
         scalar: bool,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
+        self._time_step = engine.chain.model.opt.timestep
+        self._duration = steps * self._time_step
         self._make_whole, self._scalar = make_whole, scalar
         self._watch_slack = bool(springs.pulls_only.any())
         self._to_folded = LinearMap(to_clarke @ springs.fold)
         self._ramp = (np.arange(1, steps + 1) / steps)[:, None]
-        self._held: tuple[JointVector, FloatArray] | None = None
+        self._held: tuple[JointVector, Any] | None = None
 
     @cached_property
     def _whole(self) -> Engine:
@@ -61,8 +94,8 @@ class FoldedSteps:
         active: NDArray[np.bool_] | None,
         start: JointVector,
         end: JointVector,
-        before: tuple[FloatArray, FloatArray],
-    ) -> NDArray[np.bool_]:
+        before: Before,
+    ) -> NDArray[np.bool_] | None:
         """Advance the robots `active` (None for all) by one control step.
 
         Parameters
@@ -75,42 +108,92 @@ class FoldedSteps:
 
         Returns
         -------
-        ndarray of bool, shape (B,)
-            Robots that the engine gave up.
+        ndarray of bool, shape (B,), or None
+            Robots that the engine gave up; None for none.
         """
-        springs, engine = self._springs, self._engine
-        rows = None if active is None else np.flatnonzero(active)
         first, last = self._lengths(start), self._lengths(end)
+        rates = ramp_rates(first, last, self._duration)
         if not self._watch_slack:
-            return engine.run(rows, first, last, self._steps, False)[0]
-        failed = np.zeros(len(engine.qpos), dtype=bool)
+            rows = None if active is None else np.flatnonzero(active)
+            return self._engine.run(rows, first, rates, self._steps)
+        if self._scalar:
+            return self._run_one(start, end, rates, before)
+        return self._run_batch(active, start, end, rates, before)
+
+    def _run_one(
+        self, start: JointVector, end: JointVector, rates: list[float], before: Before
+    ) -> NDArray[np.bool_] | None:
+        """Advance the scalar environment's robot, whose drives come as floats."""
+        first, width = self._lengths(start), len(rates)
+        if start.off_manifold is not None and self._starts_loose(start)[0]:
+            return self._run_whole(_ROW, start, end, before)
+        given_up, record = self._engine.run_watched(None, first, rates, self._steps)
+        if start.off_manifold is None and end.off_manifold is None:
+            steps = [rate * self._time_step for rate in rates]
+            if self._springs.surely_taut(first, steps, record[width:]):
+                return given_up
+        acting = np.reshape(record[:-width], (1, self._steps, width))
+        ends = np.array([first]), np.array([self._lengths(end)])
+        if self._went_slack((start, end), ends, acting, self._actual_lengths())[0]:
+            return self._run_whole(_ROW, start, end, before)
+        return given_up
+
+    def _run_batch(
+        self,
+        active: NDArray[np.bool_] | None,
+        start: JointVector,
+        end: JointVector,
+        rates: FloatArray,
+        before: Before,
+    ) -> NDArray[np.bool_] | None:
+        rows = None if active is None else np.flatnonzero(active)
+        failed = np.zeros(len(rates), dtype=bool)
         if start.off_manifold is not None:
             # A robot that starts slack need not be tried with folded tendons first.
-            loose = springs.slack(start, start, (self._actual_lengths() - first)[:, None])
+            loose = self._starts_loose(start)
             loose = loose if active is None else loose & active
             if loose.any():
-                self._run_whole(np.flatnonzero(loose), start, end, before, failed)
+                again = np.flatnonzero(loose)
+                given_up = self._run_whole(again, start, end, before)
+                failed[again] = False if given_up is None else given_up[again]
                 rows = np.flatnonzero(~loose if active is None else active & ~loose)
                 if not rows.size:
                     return failed
-        given_up, record = engine.run(rows, first, last, self._steps, True)
-        assert record is not None  # as asked for
-        failed |= given_up
+        ends = self._lengths(start), self._lengths(end)
+        given_up, record = self._engine.run_watched(rows, ends[0], rates, self._steps)
+        if given_up is not None:
+            failed |= given_up
         length, drives = self._actual_lengths(), (start, end)
         if rows is not None:
-            first, last, length = first[rows], last[rows], length[rows]
+            ends, length = (ends[0][rows], ends[1][rows]), length[rows]
             drives = start.rows(rows), end.rows(rows)
+        slack = self._went_slack(drives, ends, record, length)
+        if np.count_nonzero(slack):
+            again = np.flatnonzero(slack) if rows is None else rows[slack]
+            given_up = self._run_whole(again, start, end, before)
+            failed[again] = False if given_up is None else given_up[again]
+        return failed
+
+    def _starts_loose(self, start: JointVector) -> NDArray[np.bool_]:
+        gap = self._actual_lengths() - self._lengths(start)
+        return self._springs.slack(start, start, gap[:, None])
+
+    def _went_slack(
+        self,
+        drives: tuple[JointVector, JointVector],
+        ends: tuple[FloatArray, FloatArray],
+        record: FloatArray,
+        length: FloatArray,
+    ) -> NDArray[np.bool_]:
+        """Return which robots had a slack tendon, from the lengths that acted and the last ones."""
+        first, last = ends
         # What acts in a time step is its length at the start; the next one's is that at its end.
         gap = -first[:, None] - self._ramp * (last - first)[:, None]
         gap[:, :-1] += record[:, 1:]
         gap[:, -1] += length
-        slack = springs.slack(*drives, gap)
-        if np.count_nonzero(slack):
-            again = np.flatnonzero(slack) if rows is None else rows[slack]
-            self._run_whole(again, start, end, before, failed)
-        return failed
+        return self._springs.slack(*drives, gap)
 
-    def _lengths(self, drive: JointVector) -> FloatArray:
+    def _lengths(self, drive: JointVector) -> Any:
         """Return commanded lengths; the end of a step is the start of the next."""
         if self._held is None or self._held[0] is not drive:
             self._held = drive, self._springs.folded_lengths(drive)
@@ -123,17 +206,13 @@ class FoldedSteps:
         return self._to_folded.of_rows(self._engine.qpos)
 
     def _run_whole(
-        self,
-        rows: NDArray[np.intp],
-        start: JointVector,
-        end: JointVector,
-        before: tuple[FloatArray, FloatArray],
-        failed: NDArray[np.bool_],
-    ) -> None:
+        self, rows: NDArray[np.intp], start: JointVector, end: JointVector, before: Before
+    ) -> NDArray[np.bool_] | None:
         """Run the control step of the robots `rows` with all their tendons."""
         whole, engine = self._whole, self._engine
         whole.qpos[rows], whole.qvel[rows] = before[0][rows], before[1][rows]
         targets = self._springs.lengths(start), self._springs.lengths(end)
-        given_up, _ = whole.run(rows, *targets, self._steps, False)
+        rates = ramp_rates(*targets, self._duration)
+        given_up = whole.run(rows, targets[0], rates, self._steps)
         engine.qpos[rows], engine.qvel[rows] = whole.qpos[rows], whole.qvel[rows]
-        failed[rows] = given_up[rows]
+        return given_up

@@ -15,8 +15,8 @@ from clarke_gym._checks import check_choice, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain, shortened
-from clarke_gym.physics.engine import Engine
-from clarke_gym.physics.folding import FoldedSteps
+from clarke_gym.physics.engine import BatchEngine, Engine, SingleEngine
+from clarke_gym.physics.folding import FoldedSteps, ramp_rates
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import (
     PROFILES,
@@ -26,6 +26,8 @@ from clarke_gym.physics.mjcf import (
 )
 from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
+
+_NONE = np.array([False])
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -126,7 +128,7 @@ class MujocoPhysics:
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
-        self._engine = Engine(build_chain(robot, numbers, **self._options), num_envs, threads)
+        self._engine = self._make_engine()
         self._tension_driven = actuation == "tension"
         self._chord = routing == "chord"
         to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
@@ -142,16 +144,22 @@ class MujocoPhysics:
         self._state: RobotState | None = None
         self.reset(np.arange(num_envs), start)
 
+    def _make_engine(self, folded: bool | None = None) -> Engine:
+        """Return the robots' simulation, with their tendons folded or not."""
+        chain = build_chain(self.robot, self._profile, folded=folded, **self._options)
+        if self._scalar:
+            return SingleEngine(chain)
+        return BatchEngine(chain, self.num_envs, self._threads)
+
     def _make_whole(self) -> Engine:
         """Return the same robots with all their tendons, for steps in which one is slack."""
-        chain = build_chain(self.robot, self._profile, folded=False, **self._options)
-        return Engine(chain, self.num_envs, self._threads)
+        return self._make_engine(folded=False)
 
     @property
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
-            tip, quaternion = self._engine.tip_pose(self._scalar)
+            tip, quaternion = self._engine.tip_pose()
             self._state = RobotState(self._displacement(), tip, quaternion, self._diverged)
         return self._state
 
@@ -222,7 +230,7 @@ class MujocoPhysics:
         bending = self._springs.equilibrium(clarke)
         self._engine.qpos[rows] = map_rows(bending, self.chain.shape.T)
         self._engine.qvel[rows] = 0.0
-        self._refresh()
+        self._state = None
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements.
@@ -241,9 +249,10 @@ class MujocoPhysics:
             failed = self._folded.run(active, start, end, before)
         else:
             rows = None if active is None else np.flatnonzero(active)
-            failed, _ = engine.run(rows, *self._targets(start, end), self._substeps, False)
-        # One look at all rows is enough as long as nothing is wrong; nan fails the comparison.
-        if not np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD:
+            failed = engine.run(rows, *self._targets(start, end), self._substeps)
+        if failed is None:
+            failed = _NONE
+        if not self._angles_small():
             failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
         if active is not None or np.count_nonzero(failed):
             self._diverged = self._diverged | failed
@@ -252,15 +261,26 @@ class MujocoPhysics:
             engine.qvel[still] = 0.0
             end = end.with_rows(still, start.clarke[still])
         self._drive = end
-        self._refresh()
+        self._state = None
 
-    def _targets(self, start: JointVector, end: JointVector) -> tuple[FloatArray, FloatArray]:
+    def _angles_small(self) -> bool:
+        """Return whether no joint is bent too far; nan fails the comparisons."""
+        qpos = self._engine.qpos
+        # The sum of squares is cheaper, and for one robot mostly enough.
+        limit = MAX_JOINT_ANGLE_RAD
+        return bool(np.vdot(qpos, qpos) <= limit * limit or np.abs(qpos).max() <= limit)
+
+    def _targets(
+        self, start: JointVector, end: JointVector
+    ) -> tuple[FloatArray | None, FloatArray]:
+        """Return the actuators' lengths at the start and their control: rates, or tensions."""
         if self._tension_driven:
             tension = end.joint(self.robot)
             tension = np.where(self._springs.pulls_only, np.maximum(tension, 0.0), tension)
-            return tension, tension
+            return None, tension
         straight = self._engine.straight if self._chord else 0.0
-        return straight + self._springs.lengths(start), straight + self._springs.lengths(end)
+        first, last = (straight + self._springs.lengths(drive) for drive in (start, end))
+        return first, ramp_rates(first, last, self._substeps * self.chain.model.opt.timestep)
 
     def _approach(self, command: JointVector) -> JointVector:
         """Return where the drives get to within one control period."""
@@ -274,10 +294,6 @@ class MujocoPhysics:
             pairs.append((x + u, y + v))
         off = approached(drive.off_manifold, command.off_manifold, gain)
         return JointVector(pairs, off)
-
-    def _refresh(self) -> None:
-        self._engine.refresh()
-        self._state = None
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
@@ -304,4 +320,4 @@ class MujocoPhysics:
         self._engine.qvel[:] = state["qvel"]
         self._drive = JointVector.from_state(state["drive"], self._scalar)
         self._diverged = state["diverged"].copy()
-        self._refresh()
+        self._state = None

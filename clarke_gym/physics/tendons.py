@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from operator import add, sub
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -95,11 +98,14 @@ class TendonSprings:
         self._gain = np.array([s.radii.max() / s.pitch_radius_m for s in segments])
         # Square of the shortest stretch that can slacken a tendon, with nothing off the manifold.
         self._least_room = float(((self._preload / self._gain) ** 2).min())
+        self._surely_room = self._least_room * (1.0 - 1e-9)  # less than any rounding of a sum
         rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
         self.fold = -rotation.T
         self._fold_map = LinearMap(self.fold, columns=True)
         self._unfold = rotation
+        self._aligned = bool((rotation == np.eye(len(rotation))).all())
         self._folded_preload = preload @ robot.encoder.T @ self.fold
+        self._folded_preloads = self._folded_preload.tolist()
         self._shape, self._shape_offset = self._equilibrium(preload)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,12 +144,44 @@ class TendonSprings:
         """Return the commanded change of every tendon's length [m], shape (B, N)."""
         return -command.joint(self.robot) - self.pretension / self.stiffness
 
-    def folded_lengths(self, command: JointVector) -> FloatArray:
-        """Return the commanded lengths of the virtual tendons [m], shape (B, 2S)."""
+    def folded_lengths(self, command: JointVector) -> Any:
+        """Return the commanded lengths of the virtual tendons [m], shape (B, 2S), or 2S floats."""
         parts = command.flat()
         if isinstance(parts[0], float):
-            return self._fold_map.of_numbers(parts)[None] + self._folded_preload
+            if self._aligned:  # the product below, to the bit
+                return list(map(sub, self._folded_preloads, parts))
+            return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
         return self._fold_map.of_columns(parts) + self._folded_preload
+
+    def surely_taut(self, start: list[float], steps: list[float], lengths: list[float]) -> bool:
+        """Return whether no tendon of one robot can have gone slack: a quick look before `slack`.
+
+        Parameters
+        ----------
+        start : list of 2S floats
+            Commanded lengths of the virtual tendons at the start [m].
+        steps : list of 2S floats
+            Their change in each time step [m].
+        lengths : list of 2SK floats
+            Actual lengths of the virtual tendons after every time step [m].
+
+        Returns
+        -------
+        bool
+        """
+        room, width = self._surely_room, len(start)
+        for i in range(0, width, 2):
+            x0, y0 = (
+                start[i] - self._folded_preloads[i],
+                start[i + 1] - self._folded_preloads[i + 1],
+            )
+            dx, dy = steps[i], steps[i + 1]
+            for x, y in zip(lengths[i::width], lengths[i + 1 :: width], strict=True):
+                x0, y0 = x0 + dx, y0 + dy
+                x, y = x - x0, y - y0
+                if x * x + y * y > room:
+                    return False
+        return True
 
     def slack(self, start: JointVector, end: JointVector, gap: FloatArray) -> NDArray[np.bool_]:
         """Return which robots had a tendon that would have pushed after one of K time steps.

@@ -5,10 +5,13 @@ import math
 import gymnasium as gym
 import numpy as np
 import pytest
+from hypothesis import event, given
+from hypothesis import strategies as st
 
 from clarke_gym.materials import MATERIALS
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
+from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.presets import make_robot
 from clarke_gym.robots import Segment
 
@@ -39,6 +42,38 @@ def test_rows_do_not_depend_on_threads_or_batch_size(robot):
     alone = trace(MujocoPhysics(robot, 1, CONTROL_DT), commands, slice(3, 4))
     np.testing.assert_array_equal(together, threaded)
     np.testing.assert_array_equal(together[:, 3:4], alone)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"profile": "accurate"}, {"routing": "chord"}, {"actuation": "tension"}],
+    ids=str,
+)
+@pytest.mark.parametrize("off_manifold", [False, True], ids=["taut", "slack"])
+@pytest.mark.parametrize("counts", [(7,), (5, 4)], ids=str)
+def test_a_robot_simulated_alone_has_the_bits_of_a_row(counts, off_manifold, options):
+    """Floats and a simulation of its own for one robot, arrays and a batch for many."""
+    robot = robot_of(*counts)
+    single = MujocoPhysics(robot, 1, CONTROL_DT, scalar=True, **options)
+    batch = MujocoPhysics(robot, 3, CONTROL_DT, threads=1, **options)
+    slack = 0
+    for command in random_commands(robot, 3, 20, off_manifold=off_manifold):
+        off = command.off_manifold
+        single.step(
+            JointVector.from_clarke(
+                command.clarke[1:2], None if off is None else off[1].tolist(), scalar=True
+            )
+        )
+        batch.step(command)
+        for field in ("tip_position", "tip_quaternion"):
+            np.testing.assert_array_equal(
+                getattr(single.state, field)[0], getattr(batch.state, field)[1]
+            )
+        for field in ("tension", "velocity"):
+            np.testing.assert_array_equal(getattr(single, field)[0], getattr(batch, field)[1])
+        np.testing.assert_array_equal(single.backbone(4)[0], batch.backbone(4)[1])
+        slack += int((batch.tension <= 0.0).any())
+    assert bool(slack) or not off_manifold
 
 
 @pytest.mark.parametrize("options", [{}, {"profile": "accurate"}, {"routing": "chord"}], ids=str)
@@ -92,6 +127,23 @@ def test_motion_with_slack_tendons_is_that_of_all_tendons_at_a_fine_step(layout)
     assert slack > 3
     rms = np.sqrt((np.array(errors) ** 2).sum(-1).mean())
     assert rms < 6e-4 * robot.length_m
+
+
+@given(
+    st.lists(st.floats(-6e-5, 6e-5), min_size=8, max_size=8),
+    st.lists(st.floats(-1e-5, 1e-5), min_size=8, max_size=8),
+)
+def test_the_quick_look_never_overlooks_a_slack_tendon(numbers, rates):
+    """What it calls taut, the look at every tendon and time step calls taut, too."""
+    springs, steps = TendonSprings(robot_of(3, 7)), 3
+    first, extra = numbers[:4], numbers[4:]
+    lengths = np.array(extra) * np.arange(steps)[:, None] / steps
+    gap = lengths - first - np.arange(1, steps + 1)[:, None] * rates[:4]
+    drive = JointVector.from_clarke(np.zeros((1, 2, 2)))
+    slack = springs.slack(drive, drive, gap[None])[0]
+    quick = springs.surely_taut(first, rates[:4], lengths.ravel().tolist())
+    event(f"quick {quick}, slack {slack}")
+    assert not (quick and slack)
 
 
 def test_slack_tendons_carry_nothing_and_the_others_balance():
