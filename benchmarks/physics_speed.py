@@ -132,32 +132,41 @@ def bare(count: int, profile: str, segments: int) -> Workload:
     return step
 
 
-def reacher() -> str:
-    """Return the same line for Gymnasium's Reacher-v5: what Python costs at the least."""
+def floors() -> list[str]:
+    """Return the same lines for what costs Python alone: hardly any physics, and none."""
     env = gym.make("Reacher-v5")
     env.reset(seed=0)
-    action = np.zeros(2, np.float32)
+    torques = np.zeros(2, np.float32)
     base: Any = env.unwrapped
+    ours = gym.make(ENV_ID, representation="clarke")
+    ours.reset(seed=0)
+    action = np.full(2, 0.01, np.float32)
 
-    def step() -> None:
-        if any(env.step(action)[2:4]):
+    def reacher() -> None:
+        if any(env.step(torques)[2:4]):
             env.reset()
+
+    def constant_curvature() -> None:
+        if any(ours.step(action)[2:4]):
+            ours.reset()
 
     workloads: dict[str, Workload] = {
         "bare": lambda: mujoco.mj_step(base.model, base.data, base.frame_skip),
-        "env": step,
+        "reacher": reacher,
+        "constant": constant_curvature,
     }
     times = seconds_per_call(workloads, ROUNDS, 500)
-    extra = 1e6 * (times["env"] - times["bare"])
-    return (
-        f"| Gymnasium's Reacher-v5 | | 1 | {times['bare'] / times['env']:.2f} | "
-        f"| {extra:.1f} us a step |"
-    )
+    extra = 1e6 * (times["reacher"] - times["bare"])
+    return [
+        f"| Gymnasium's Reacher-v5 | | 1 | {times['bare'] / times['reacher']:.2f} | "
+        f"| {extra:.1f} us a step |",
+        f"| constant curvature | 1 | 1 | | | {1e6 * times['constant']:.1f} us the whole step |",
+    ]
 
 
 def overhead() -> list[str]:
     """Return lines about the environment's time over the bare loop's."""
-    lines = [reacher()]
+    lines = floors()
     for profile in PROFILES:
         for segments in SEGMENTS:
             for count, bar in ((BATCH, 0.9), (1, 0.8)):

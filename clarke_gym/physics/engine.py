@@ -54,6 +54,10 @@ class Engine(ABC):
     qvel: FloatArray
     """Their rates [rad/s], shape (B, nv)."""
 
+    acted: FloatArray
+    """Tendon lengths [m] at the start of each time step of the last control step, where the model
+    records them, shape (B, ntendon, K)."""
+
     _control: FloatArray
     _activation: FloatArray | None
     _counts: NDArray[np.intc]
@@ -64,6 +68,17 @@ class Engine(ABC):
         self.straight = chain.model.tendon_length0.copy()
         self._tip = chain.model.site("tip").id
         self._warned, self._warnings_seen = np.zeros(1, np.intp), b""
+
+    def _keep_history(self, history: FloatArray) -> None:
+        """Name what the model's recorders write, (B, numbers), and what they held at first.
+
+        Each recorder has a ring of K samples: two numbers of its own, K times, K lengths. It is in
+        order whenever K steps have been made since it was, as every call of `run` does.
+        """
+        self._history, self._fresh_history = history, history[:1].copy()
+        recorders = self.chain.model.nsensor
+        rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
+        self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
 
     def _set_actuators(self, start: Any, control: Any) -> None:
         if self._activation is not None:
@@ -78,6 +93,7 @@ class Engine(ABC):
         warned: NDArray[np.intp] = self._counts[:, _BAD_STATE].sum(1)
         failed = warned != self._warned
         self._warned, self._warnings_seen = warned, seen
+        self._history[failed] = self._fresh_history  # they may have been stopped halfway
         return failed
 
     @abstractmethod
@@ -94,25 +110,12 @@ class Engine(ABC):
         control : ndarray, shape (B, nu), or list of nu floats
             Rate of the commanded lengths [m/s], or tensions [N].
         steps : int
-            Time steps K.
+            Time steps; a multiple of K where the model records the last K.
 
         Returns
         -------
         ndarray of bool, shape (B,), or None
             Simulations that the engine gave up; None for none.
-        """
-
-    @abstractmethod
-    def run_watched(
-        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
-    ) -> tuple[NDArray[np.bool_] | None, Any]:
-        """Advance like `run`, and return too what acted in each time step.
-
-        Returns
-        -------
-        failed : ndarray of bool, shape (B,), or None
-        lengths : ndarray, shape (rows, K, ntendon), or list of (K + 1) * ntendon floats
-            Tendon lengths at the start of every time step [m]; of a single robot also at the end.
         """
 
     @abstractmethod
@@ -164,7 +167,7 @@ class BatchEngine(Engine):
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
         self._counts = self._batch.warning[:, :, 1]
-        self._record = np.zeros((num_envs, 0, chain.model.ntendon))
+        self._keep_history(self._batch.bind("history"))
 
     def run(
         self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
@@ -174,20 +177,6 @@ class BatchEngine(Engine):
         with QuietEngine():
             self._batch.step(rows, nstep=steps)
         return self._failed()
-
-    def run_watched(
-        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
-    ) -> tuple[NDArray[np.bool_] | None, Any]:
-        """Advance and return tendon lengths; see `Engine.run_watched`."""
-        self._set_actuators(start, control)
-        out: dict[Any, FloatArray] = {}
-        if rows is None:
-            if self._record.shape[1] != steps:
-                self._record = np.zeros((len(self.qpos), steps, self._record.shape[2]))
-            out["ten_length"] = self._record
-        with QuietEngine():
-            out = self._batch.rollout(steps, record=("ten_length",), ids=rows, out=out)
-        return self._failed(), out["ten_length"]
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
@@ -218,6 +207,7 @@ class SingleEngine(Engine):
         self._control, self._activation = data.ctrl, data.act if self._model.na else None
         self._lengths, self._counts = data.ten_length, data.warning.number[None]
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
+        self._keep_history(data.history[None])
 
     def run(
         self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
@@ -229,21 +219,10 @@ class SingleEngine(Engine):
             mujoco.mj_step(self._model, self._data, steps)
         return self._failed()
 
-    def run_watched(
-        self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
-    ) -> tuple[NDArray[np.bool_] | None, Any]:
-        """Advance and return tendon lengths; see `Engine.run_watched`."""
-        del rows
-        self._set_actuators(start, control)
-        model, data, step, read = self._model, self._data, mujoco.mj_step, self._lengths.tolist
-        lengths: list[float] = []
-        with QuietEngine():
-            for _ in range(steps):
-                step(model, data)
-                lengths += read()
-        mujoco.mj_tendon(model, data)
-        lengths += read()
-        return self._failed(), lengths
+    def tendon_lengths(self) -> list[float]:
+        """Return the current lengths of tendons that run along joints [m]."""
+        mujoco.mj_tendon(self._model, self._data)
+        return self._lengths.tolist()
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tip's position [m] and orientation (w, x, y, z)."""

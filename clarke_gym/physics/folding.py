@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from clarke_gym._arrays import FloatArray
 from clarke_gym._linear_map import LinearMap
 from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.engine import Engine, SingleEngine
 from clarke_gym.physics.tendons import TendonSprings
 
 Before: TypeAlias = tuple[FloatArray, FloatArray]
 """Joint coordinates and velocities at the start of a control step."""
+
+Drives: TypeAlias = tuple[JointVector, JointVector]
+"""Where the drives are before and after it."""
 
 _ROW = np.array([0])
 
@@ -63,8 +66,6 @@ class FoldedSteps:
         Maps joint coordinates to Clarke coordinates.
     steps : int
         Time steps K of a control step.
-    scalar : bool
-        Whether drives come as floats, for a batch of one.
     """
 
     def __init__(
@@ -74,12 +75,11 @@ class FoldedSteps:
         springs: TendonSprings,
         to_clarke: FloatArray,
         steps: int,
-        scalar: bool,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
         self._time_step = engine.chain.model.opt.timestep
         self._duration = steps * self._time_step
-        self._make_whole, self._scalar = make_whole, scalar
+        self._make_whole = make_whole
         self._watch_slack = bool(springs.pulls_only.any())
         self._to_folded = LinearMap(to_clarke @ springs.fold)
         self._ramp = (np.arange(1, steps + 1) / steps)[:, None]
@@ -111,85 +111,93 @@ class FoldedSteps:
         ndarray of bool, shape (B,), or None
             Robots that the engine gave up; None for none.
         """
-        first, last = self._lengths(start), self._lengths(end)
-        rates = ramp_rates(first, last, self._duration)
+        ends = self._lengths(start), self._lengths(end)
+        rates = ramp_rates(*ends, self._duration)
         if not self._watch_slack:
             rows = None if active is None else np.flatnonzero(active)
-            return self._engine.run(rows, first, rates, self._steps)
-        if self._scalar:
-            return self._run_one(start, end, rates, before)
-        return self._run_batch(active, start, end, rates, before)
+            return self._engine.run(rows, ends[0], rates, self._steps)
+        if isinstance(self._engine, SingleEngine):
+            return self._run_one(self._engine, (start, end), ends, rates, before)
+        return self._run_batch(active, (start, end), ends, rates, before)
 
     def _run_one(
-        self, start: JointVector, end: JointVector, rates: list[float], before: Before
+        self,
+        engine: SingleEngine,
+        drives: Drives,
+        ends: Any,
+        rates: list[float],
+        before: Before,
     ) -> NDArray[np.bool_] | None:
-        """Advance the scalar environment's robot, whose drives come as floats."""
-        first, width = self._lengths(start), len(rates)
-        if start.off_manifold is not None and self._starts_loose(start)[0]:
-            return self._run_whole(_ROW, start, end, before)
-        given_up, record = self._engine.run_watched(None, first, rates, self._steps)
+        """Advance the scalar environment's robot, whose lengths come as floats."""
+        start, end = drives
+        first, last = ends
+        if start.off_manifold is not None and self._starts_loose(start, first)[0]:
+            return self._run_whole(_ROW, drives, before)
+        given_up = engine.run(None, first, rates, self._steps)
         if start.off_manifold is None and end.off_manifold is None:
+            lengths = engine.acted[0, :, 1:].tolist()
+            for column, length in zip(lengths, engine.tendon_lengths(), strict=True):
+                column.append(length)
             steps = [rate * self._time_step for rate in rates]
-            if self._springs.surely_taut(first, steps, record[width:]):
+            if self._springs.surely_taut(first, steps, lengths):
                 return given_up
-        acting = np.reshape(record[:-width], (1, self._steps, width))
-        ends = np.array([first]), np.array([self._lengths(end)])
-        if self._went_slack((start, end), ends, acting, self._actual_lengths())[0]:
-            return self._run_whole(_ROW, start, end, before)
+        ends = np.array([first]), np.array([last])
+        if self._went_slack(drives, ends, engine.acted, self._actual_lengths())[0]:
+            return self._run_whole(_ROW, drives, before)
         return given_up
 
     def _run_batch(
         self,
         active: NDArray[np.bool_] | None,
-        start: JointVector,
-        end: JointVector,
+        drives: Drives,
+        ends: tuple[FloatArray, FloatArray],
         rates: FloatArray,
         before: Before,
-    ) -> NDArray[np.bool_] | None:
+    ) -> NDArray[np.bool_]:
+        start, end = drives
         rows = None if active is None else np.flatnonzero(active)
         failed = np.zeros(len(rates), dtype=bool)
         if start.off_manifold is not None:
             # A robot that starts slack need not be tried with folded tendons first.
-            loose = self._starts_loose(start)
+            loose = self._starts_loose(start, ends[0])
             loose = loose if active is None else loose & active
             if loose.any():
                 again = np.flatnonzero(loose)
-                given_up = self._run_whole(again, start, end, before)
+                given_up = self._run_whole(again, drives, before)
                 failed[again] = False if given_up is None else given_up[again]
                 rows = np.flatnonzero(~loose if active is None else active & ~loose)
                 if not rows.size:
                     return failed
-        ends = self._lengths(start), self._lengths(end)
-        given_up, record = self._engine.run_watched(rows, ends[0], rates, self._steps)
+        given_up = self._engine.run(rows, ends[0], rates, self._steps)
         if given_up is not None:
             failed |= given_up
-        length, drives = self._actual_lengths(), (start, end)
+        acted, length, watched = self._engine.acted, self._actual_lengths(), drives
         if rows is not None:
-            ends, length = (ends[0][rows], ends[1][rows]), length[rows]
-            drives = start.rows(rows), end.rows(rows)
-        slack = self._went_slack(drives, ends, record, length)
+            ends, acted, length = (ends[0][rows], ends[1][rows]), acted[rows], length[rows]
+            watched = start.rows(rows), end.rows(rows)
+        slack = self._went_slack(watched, ends, acted, length)
         if np.count_nonzero(slack):
             again = np.flatnonzero(slack) if rows is None else rows[slack]
-            given_up = self._run_whole(again, start, end, before)
+            given_up = self._run_whole(again, drives, before)
             failed[again] = False if given_up is None else given_up[again]
         return failed
 
-    def _starts_loose(self, start: JointVector) -> NDArray[np.bool_]:
-        gap = self._actual_lengths() - self._lengths(start)
+    def _starts_loose(self, start: JointVector, first: Any) -> NDArray[np.bool_]:
+        gap = self._actual_lengths() - first
         return self._springs.slack(start, start, gap[:, None])
 
     def _went_slack(
         self,
-        drives: tuple[JointVector, JointVector],
+        drives: Drives,
         ends: tuple[FloatArray, FloatArray],
-        record: FloatArray,
+        acted: FloatArray,
         length: FloatArray,
     ) -> NDArray[np.bool_]:
         """Return which robots had a slack tendon, from the lengths that acted and the last ones."""
         first, last = ends
         # What acts in a time step is its length at the start; the next one's is that at its end.
         gap = -first[:, None] - self._ramp * (last - first)[:, None]
-        gap[:, :-1] += record[:, 1:]
+        gap[:, :-1] += acted[:, :, 1:].transpose(0, 2, 1)
         gap[:, -1] += length
         return self._springs.slack(*drives, gap)
 
@@ -201,17 +209,17 @@ class FoldedSteps:
 
     def _actual_lengths(self) -> FloatArray:
         """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        if self._scalar:
+        if isinstance(self._engine, SingleEngine):
             return self._to_folded.of_numbers(self._engine.qpos[0])[None]
         return self._to_folded.of_rows(self._engine.qpos)
 
     def _run_whole(
-        self, rows: NDArray[np.intp], start: JointVector, end: JointVector, before: Before
+        self, rows: NDArray[np.intp], drives: Drives, before: Before
     ) -> NDArray[np.bool_] | None:
         """Run the control step of the robots `rows` with all their tendons."""
         whole, engine = self._whole, self._engine
         whole.qpos[rows], whole.qvel[rows] = before[0][rows], before[1][rows]
-        targets = self._springs.lengths(start), self._springs.lengths(end)
+        targets = self._springs.lengths(drives[0]), self._springs.lengths(drives[1])
         rates = ramp_rates(*targets, self._duration)
         given_up = whole.run(rows, targets[0], rates, self._steps)
         engine.qpos[rows], engine.qvel[rows] = whole.qpos[rows], whole.qvel[rows]

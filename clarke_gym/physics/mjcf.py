@@ -96,6 +96,7 @@ def build_chain(
     gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
     base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
     payload_kg: float = 0.0,
+    record: int = 0,
 ) -> Chain:
     """Return the compiled model of a robot, in the frame of its base.
 
@@ -117,6 +118,8 @@ def build_chain(
         Orientation (w, x, y, z) of the base in the world.
     payload_kg : float
         Point mass at the tip.
+    record : int
+        Time steps of which the lengths of folded tendons are kept.
 
     Returns
     -------
@@ -162,6 +165,8 @@ def build_chain(
         else:
             _parallel_tendons(spec, robot, j, folded, chain.hinges)
         _actuators(spec, robot.segments[j], j, folded, actuation)
+    if folded and record:
+        _recorders(spec, record)
     return chain.compile(folded)
 
 
@@ -188,6 +193,17 @@ def _chord_tendons(spec: mujoco.MjSpec, robot: Robot, j: int) -> None:
         for k in range(j + 1):
             for m in range(robot.segments[k].n_disks):
                 tendon.wrap_site(f"hole{j}_{i}_{k}_{m}")
+
+
+def _recorders(spec: mujoco.MjSpec, steps: int) -> None:
+    for tendon in spec.tendons:
+        spec.add_sensor(
+            name=tendon.name,
+            type=mujoco.mjtSensor.mjSENS_TENDONPOS,
+            objtype=mujoco.mjtObj.mjOBJ_TENDON,
+            objname=tendon.name,
+            nsample=steps,
+        )
 
 
 def _actuators(spec: mujoco.MjSpec, segment: Segment, j: int, folded: bool, actuation: str) -> None:

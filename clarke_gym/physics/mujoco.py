@@ -136,7 +136,7 @@ class MujocoPhysics:
         self._folded: FoldedSteps | None = None
         if self.chain.folded:
             self._folded = FoldedSteps(
-                self._engine, self._make_whole, self._springs, to_clarke, self._substeps, scalar
+                self._engine, self._make_whole, self._springs, to_clarke, self._substeps
             )
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
@@ -146,7 +146,9 @@ class MujocoPhysics:
 
     def _make_engine(self, folded: bool | None = None) -> Engine:
         """Return the robots' simulation, with their tendons folded or not."""
-        chain = build_chain(self.robot, self._profile, folded=folded, **self._options)
+        chain = build_chain(
+            self.robot, self._profile, folded=folded, record=self._substeps, **self._options
+        )
         if self._scalar:
             return SingleEngine(chain)
         return BatchEngine(chain, self.num_envs, self._threads)

@@ -153,7 +153,9 @@ class TendonSprings:
             return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
         return self._fold_map.of_columns(parts) + self._folded_preload
 
-    def surely_taut(self, start: list[float], steps: list[float], lengths: list[float]) -> bool:
+    def surely_taut(
+        self, start: list[float], steps: list[float], lengths: list[list[float]]
+    ) -> bool:
         """Return whether no tendon of one robot can have gone slack: a quick look before `slack`.
 
         Parameters
@@ -162,21 +164,18 @@ class TendonSprings:
             Commanded lengths of the virtual tendons at the start [m].
         steps : list of 2S floats
             Their change in each time step [m].
-        lengths : list of 2SK floats
+        lengths : list of 2S lists of K floats
             Actual lengths of the virtual tendons after every time step [m].
 
         Returns
         -------
         bool
         """
-        room, width = self._surely_room, len(start)
-        for i in range(0, width, 2):
-            x0, y0 = (
-                start[i] - self._folded_preloads[i],
-                start[i + 1] - self._folded_preloads[i + 1],
-            )
+        room, preload = self._surely_room, self._folded_preloads
+        for i in range(0, len(start), 2):
+            x0, y0 = start[i] - preload[i], start[i + 1] - preload[i + 1]
             dx, dy = steps[i], steps[i + 1]
-            for x, y in zip(lengths[i::width], lengths[i + 1 :: width], strict=True):
+            for x, y in zip(lengths[i], lengths[i + 1], strict=True):
                 x0, y0 = x0 + dx, y0 + dy
                 x, y = x - x0, y - y0
                 if x * x + y * y > room:
