@@ -1,9 +1,11 @@
 """Stratified percentile bootstrap over training runs.
 
 A *run* is one training seed. Scores of one arm come as *strata*: a sequence with one array of run
-scores for each task. Runs are resampled with replacement inside their task only, and every arm is
-resampled independently of the others, which is conservative when the arms share goals. Every
-function needs a ``seed`` and draws from a generator of its own.
+scores for each task. Runs are resampled with replacement inside their task. Tasks with equally many
+runs are resampled alike, so that a seed's runs stay together: they share their network's start and
+their goals, and in Clarke coordinates tasks can be the very same, whose runs say one thing only.
+Every arm is resampled independently of the others, which is conservative when the arms share goals.
+Every function needs a ``seed`` and draws from a generator of its own.
 """
 
 from collections.abc import Callable, Sequence
@@ -58,6 +60,11 @@ def _arm(strata: Strata) -> list[Array]:
     return arrays
 
 
+def _resampled(arm: list[Array], reps: int, rng: np.random.Generator) -> list[Array]:
+    picks = {n: rng.integers(n, size=(reps, n)) for n in dict.fromkeys(map(len, arm))}
+    return [stratum[picks[len(stratum)]] for stratum in arm]
+
+
 def bootstrap_band(
     statistic: Statistic, *arms: Strata, seed: int, reps: int = REPS, level: float = LEVEL
 ) -> tuple[Array, Array, Array]:
@@ -69,7 +76,8 @@ def bootstrap_band(
         Called as ``statistic(*arms)``, each arm a list over tasks of arrays (reps, runs, ...);
         returns shape (reps, ...).
     *arms : sequence of array_like, shape (runs, ...)
-        One sequence of strata for each arm; resampled by run within task, independently.
+        One sequence of strata for each arm, runs in the order of their seeds; arms are resampled
+        independently.
     seed : int
         Seed of the resampling.
     reps : int
@@ -100,7 +108,7 @@ def bootstrap_band(
     if min(len(s) for arm in data for s in arm) < 2:  # one run says nothing about its spread
         return estimate, np.full_like(estimate, np.nan), np.full_like(estimate, np.nan)
     rng = np.random.default_rng(seed)
-    draws = statistic(*([s[rng.integers(len(s), size=(reps, len(s)))] for s in a] for a in data))
+    draws = statistic(*(_resampled(arm, reps, rng) for arm in data))
     tail = (1 - level) / 2
     # An order statistic instead of interpolation: also right for infinite ratios.
     low, high = np.quantile(draws, [tail, 1 - tail], axis=0, method="inverted_cdf")

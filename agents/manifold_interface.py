@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.envs.core import JOINT_BLOCKS, EnvCore
+from clarke_gym.envs.codecs import JOINT_BLOCKS
+from clarke_gym.envs.core import EnvCore
 from clarke_gym.representations import Representation, make_representation
 from clarke_gym.wrappers import RepresentationAction, RepresentationObservation
 from clarke_gym.wrappers.vector import RepresentationAction as VectorAction

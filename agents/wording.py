@@ -182,7 +182,7 @@ def reporting_block(summary: Summary) -> dict[str, str]:
         "Tasks": ", ".join(study.tasks),
         "Evaluation": f"{'/'.join(map(str, goals))} held-out goals, {len(grid)} evaluations up to "
         f"{grid[-1]:,} steps",
-        "Intervals": f"{percent(LEVEL)} percentile bootstrap, stratified by task, "
+        "Intervals": f"{percent(LEVEL)} percentile bootstrap of seeds within tasks, "
         f"{summary.reps} reps, seed {summary.seed}",
         "Tuning": study.tuning,
         "Code": code_text(study),

@@ -74,12 +74,16 @@ def make_env(
     settings = EnvConfig(**config)
     env_class = ContinuumRobotGoalEnv if settings.goal_env else ContinuumRobotEnv
     human = render_mode == "human"
-    env: Any = env_class(settings, "rgb_array" if human else render_mode)
+    env = _compose(
+        env_class(settings, "rgb_array" if human else render_mode),
+        wrappers,
+        representation,
+        action_representation,
+        observation_representation,
+    )
     if human:  # a window that shows the picture; needs pygame
         env = gym.wrappers.HumanRendering(env)
-    return _compose(
-        env, wrappers, representation, action_representation, observation_representation
-    )
+    return env
 
 
 def make_vector_env(
@@ -149,5 +153,6 @@ def register_environments() -> None:
                 name,
                 entry_point="clarke_gym.registration:make_env",
                 vector_entry_point="clarke_gym.registration:make_vector_env",
+                disable_env_checker=True,  # our tests run the full one on every environment
                 **entry,
             )

@@ -173,14 +173,27 @@ class Representation:
         ValueError
             If the last axis is not K.
         """
-        rows = _rows(coordinates, self.decoder.shape[1], "coordinates")
-        if self.polar:
-            pairs = rows.reshape(len(rows), -1, 2)
-            magnitude, angle = (pairs[..., 0] + 1.0) / 2.0, np.pi * pairs[..., 1]
-            pairs = np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=-1)
-            rows = pairs.reshape(len(rows), -1).astype(rows.dtype, copy=False)
+        rows = _rows(self.linear(coordinates), self.decoder.shape[1], "coordinates")
         joints = map_rows(rows, self._decoder_like(rows))
         return joints.reshape(*coordinates.shape[:-1], joints.shape[1])
+
+    def linear(self, coordinates: NDArray[Any]) -> NDArray[Any]:
+        """Return the coordinates that the decoder takes: polar pairs as Cartesian ones.
+
+        Parameters
+        ----------
+        coordinates : ndarray, shape (..., K)
+
+        Returns
+        -------
+        ndarray, shape (..., K)
+        """
+        if not self.polar:
+            return coordinates
+        magnitude = (coordinates[..., 0::2] + 1.0) / 2.0
+        angle = np.pi * coordinates[..., 1::2]
+        pairs = np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=-1)
+        return pairs.reshape(coordinates.shape).astype(coordinates.dtype, copy=False)
 
     def _decoder_like(self, rows: NDArray[Any]) -> NDArray[Any]:
         if rows.dtype == np.float64:
@@ -230,7 +243,8 @@ class Representation:
         residual = self.encoder - self.encoder @ robot.decoder @ robot.encoder
         residual[np.abs(residual) < 1e-12] = 0.0
         bound = manifold * np.linalg.norm(onto, axis=2).sum(axis=1)
-        bound += np.abs(residual) @ off_manifold
+        # What lies off the manifold is seen alike through the encoder and through its residual.
+        bound += np.minimum(np.abs(residual) @ off_manifold, np.abs(self.encoder) @ off_manifold)
         if self.polar:
             bound[0::2] = max(1.0, 2.0 * manifold - 1.0)
             bound[1::2] = 1.0

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from operator import add, mul, sub
+from collections.abc import Iterable, Iterator
+from operator import sub
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,21 +12,18 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, from_components
-from clarke_gym._linear_map import LinearMap
+from clarke_gym.envs.codecs import ObservationCodec
 from clarke_gym.envs.config import EnvConfig
-from clarke_gym.envs.limits import CommandLimits, largest_magnitude
+from clarke_gym.envs.limits import CommandLimits, Reading, largest_magnitude
 from clarke_gym.envs.uniforms import UniformStreams
-from clarke_gym.physics.base import Joints, JointVector, Physics
+from clarke_gym.physics.base import JointVector, Physics
 from clarke_gym.physics.constant_curvature import ConstantCurvature
-from clarke_gym.robots import Robot, block_diagonal
+from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import Task
 from clarke_gym.tasks.reach import Reach
 
 if TYPE_CHECKING:
     from clarke_gym.rendering import Picture
-
-JOINT_BLOCKS = ("command", "displacement")
-"""Joint-space parts that lead every observation, N numbers each."""
 
 BOUND_MARGIN = 1.0 + 1e-5
 """Room for float32 rounding between a value and the bound of its space."""
@@ -36,8 +33,6 @@ FULL_LOAD = 2.0
 
 UNTENSIONED_LOAD_N = 20.0
 """The same tension [N] for a robot without pretension."""
-
-Observation = dict[str, NDArray[np.float32]]
 
 
 def _make_physics(config: EnvConfig, robot: Robot, num_envs: int, scalar: bool) -> Physics:
@@ -69,9 +64,10 @@ def _make_task(config: EnvConfig, robot: Robot) -> Task:
 class EnvCore:
     """A batch of B environments in joint space.
 
-    Observations are dictionaries of ``observation`` (joint blocks first, then the task's part),
-    ``achieved_goal`` and ``desired_goal``, float32, scaled by the robot's limits; new arrays in
-    every call, with a row for each environment, or with none in the scalar one.
+    Observations are float32 and scaled by the robot's limits, joint blocks first, then the task's
+    part; with `goal_env`, dictionaries with ``achieved_goal`` and ``desired_goal``, too. They are
+    new arrays in every call, with a row for each environment, or with none in the scalar one, in
+    joint space unless `observer` is another codec.
 
     Parameters
     ----------
@@ -95,55 +91,44 @@ class EnvCore:
         self.streams = UniformStreams(num_envs, self.task.n_uniforms)
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.goal = np.zeros((num_envs, self.task.goal_size))
-        self._limits = CommandLimits(robot, config.control, config.control_dt)
+        self.limits = CommandLimits(robot, config.control, config.control_dt)
         self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)
-        scale = np.repeat(robot.max_clarke, robot.n_tendons)
-        self._assemble = LinearMap(self._assembly(robot.decoder / scale[:, None]), columns=True)
-        self._off_manifold_scale = (1.0 / scale).astype(np.float32)
-        self._no_off_manifold = [0.0] * robot.n_joints
-        self._off_manifold_scales = self._off_manifold_scale.tolist() * len(JOINT_BLOCKS)
-
-    def _assembly(self, decoder: FloatArray) -> NDArray[np.float32]:
-        """Return the matrix that makes an observation of its parts in one product.
-
-        Joint blocks come from Clarke coordinates, the task's numbers pass through; products with
-        one and sums with zero are exact.
-        """
-        task = self.task.observation_size
-        if not self.config.goal_env:
-            task += 2 * self.task.goal_size
-        blocks = [decoder.T] * len(JOINT_BLOCKS) + [np.eye(task)]
-        return block_diagonal(blocks).astype(np.float32)
+        self._off_manifold_scale = 1.0 / np.repeat(robot.max_clarke, robot.n_tendons)
+        self.observer = ObservationCodec(self, "raw")
 
     # --- spaces -------------------------------------------------------------------------------
 
     def joint_bounds(self) -> tuple[float, FloatArray]:
         """Return the bounds of the scaled joint blocks: on the manifold, and off it per tendon."""
         factor = BOUND_MARGIN * self.physics.displacement_bound
-        off = factor * self.robot.max_cocontraction_m * self._off_manifold_scale
-        return factor, off.astype(np.float64)
+        return factor, factor * self.robot.max_cocontraction_m * self._off_manifold_scale
 
-    def observation_spaces(self) -> dict[str, spaces.Box]:
-        """Return the space of each entry of one environment's observation."""
-        manifold, off = self.joint_bounds()
-        # A tendon nearer to the backbone than the pitch radius moves less: |row of D| <= 1 there.
-        reach = manifold * np.linalg.norm(self.robot.decoder, axis=1) + off
-        joint = np.tile(reach, len(JOINT_BLOCKS))
+    def task_size(self) -> int:
+        """Return how many numbers follow the joint blocks of an observation."""
+        task = self.task
+        return task.observation_size + (0 if self._goal_env else 2 * task.goal_size)
+
+    def observation_space(self) -> spaces.Space[Any]:
+        """Return the space of one environment's observation in joint space."""
         # Positions are scaled by the length, which bounds them as the limits bound displacements.
-        task = np.full(self.task.observation_size, manifold)
-        goal = np.full(self.task.goal_size, manifold)
-        parts = [joint, task] if self.config.goal_env else [joint, task, goal, 2.0 * goal]
-        bounds = {
-            "observation": np.concatenate(parts),
-            "achieved_goal": goal,
-            "desired_goal": goal,
-        }
-        return {
-            name: spaces.Box(-high.astype(np.float32), high.astype(np.float32), dtype=np.float32)
-            for name, high in bounds.items()
-        }
+        factor = self.joint_bounds()[0]
+        goal = np.full(self.task.goal_size, factor, np.float32)
+        task = np.full(self.task_size(), factor, np.float32)
+        if not self._goal_env:
+            task[-len(goal) :] *= 2.0
+        observation = self.observer.space(spaces.Box(-task, task, dtype=np.float32))
+        if not self._goal_env:
+            return observation
+        bounds = spaces.Box(-goal, goal, dtype=np.float32)
+        return spaces.Dict(
+            {"observation": observation, "achieved_goal": bounds, "desired_goal": bounds}
+        )
+
+    def single_or_batch(self, size: int) -> tuple[int, ...]:
+        """Return the shape of arrays with `size` numbers for each environment."""
+        return (size,) if self._scalar else (self.num_envs, size)
 
     def action_space(self) -> spaces.Box:
         """Return the joint-space action space of one environment: [-1, 1] for every tendon."""
@@ -168,12 +153,9 @@ class EnvCore:
         self._desired[rows] = self.task.scale_goal(self.goal[rows])
         self._desired_parts = components(self._desired, self._scalar)
 
-    def step(self, action: Joints) -> None:
-        """Advance all environments by one control period.
-
-        `action` is decoded: (B, N), or a list of N floats in the scalar environment.
-        """
-        self._command = self._limits.apply(action, self._command)
+    def step(self, action: Reading) -> None:
+        """Advance all environments by one control period."""
+        self._command = self.limits.apply(action, self._command)
         self.physics.step(self._command)
         if not self._scalar:  # Gymnasium's wrapper counts for the scalar environment
             self.steps += 1
@@ -183,7 +165,7 @@ class EnvCore:
 
         They are arrays of shape (B,), or numbers in the scalar environment.
         """
-        state = self.physics.state
+        state = self._state = self.physics.state
         self._achieved = self.task.achieved(state)
         reward, info = self.task.reward(self._achieved, self._desired_parts)
         off = self._command.off_manifold
@@ -194,49 +176,22 @@ class EnvCore:
         info["diverged"] = bool(state.diverged[0]) if self._scalar else state.diverged.copy()
         return reward, info
 
-    def observe(self) -> Observation:
+    def observe(self) -> Any:
         """Return the observation of the state that `reward` was asked for, as new arrays."""
-        vectors = (self._command, self.physics.state.displacement)
         achieved, desired = self._achieved, self._desired_parts
-        parts = [*vectors[0].flat(), *vectors[1].flat(), *achieved]
+        task = [*achieved]
         if not self._goal_env:
-            parts += desired
-            parts += map(sub, desired, achieved)
-        offs = [vector.off_manifold for vector in vectors]
-        observation = self._row(parts, offs) if self._scalar else self._rows(parts, offs)
-        limit = self.physics.displacement_bound
-        if limit > 1.0:
-            blocks = observation[..., : len(vectors) * self.robot.n_joints]
-            np.minimum(np.maximum(blocks, -limit, out=blocks), limit, out=blocks)
+            task += desired
+            task += map(sub, desired, achieved)
+        observation = self.observer.write(self._command, self._state.displacement, task)
         if not self._goal_env:
-            return {"observation": observation}
+            return observation
         reached, wanted = from_components(achieved, np.float32), self._desired.copy()
         return {
             "observation": observation,
             "achieved_goal": reached[0] if self._scalar else reached,
             "desired_goal": wanted[0] if self._scalar else wanted,
         }
-
-    def _row(self, parts: list[float], offs: Sequence[Any]) -> NDArray[np.float32]:
-        """Return the scalar environment's observation."""
-        row = self._assemble.of_numbers(parts)
-        command, displacement = offs
-        if command is not None or displacement is not None:
-            scales = self._off_manifold_scales
-            off = (command or self._no_off_manifold) + (displacement or self._no_off_manifold)
-            joints = row[: len(scales)]
-            joints[:] = list(map(add, joints.tolist(), map(mul, off, scales)))
-        return row.copy()
-
-    def _rows(self, parts: list[Number], offs: Sequence[Any]) -> NDArray[np.float32]:
-        """Return the observations of a batch."""
-        rows: NDArray[np.float32] = self._assemble.of_columns(parts)
-        joints = self.robot.n_joints
-        for block, off in enumerate(offs):
-            if off is not None:
-                part = slice(block * joints, (block + 1) * joints)
-                rows[:, part] += off * self._off_manifold_scale
-        return rows
 
     # --- pictures -----------------------------------------------------------------------------
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.envs._shared import (
@@ -17,7 +16,8 @@ from clarke_gym.envs._shared import (
     render_rows,
 )
 from clarke_gym.envs.config import EnvConfig
-from clarke_gym.envs.core import EnvCore, Observation
+from clarke_gym.envs.core import EnvCore
+from clarke_gym.envs.limits import Reading
 
 _ROW = np.array([0])
 
@@ -41,12 +41,8 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         check_render_mode(render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
         self._action_shape = (self.core.robot.n_joints,)
-        self._goal_env = config.goal_env
-        entries = self.core.observation_spaces()
         self.action_space = self.core.action_space()  # type: ignore[assignment]
-        self.observation_space = (
-            spaces.Dict(entries) if config.goal_env else entries["observation"]  # type: ignore[arg-type]
-        )
+        self.observation_space = self.core.observation_space()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -71,16 +67,17 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self._np_random = streams.generators[0]
         self.core.reset(_ROW, check_options(options, self.core.task.goal_size, 1))
         _, info = self.core.reward()
-        return self._observation(self.core.observe()), info
+        return self.core.observe(), info
 
-    def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: ArrayLike | Reading) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control period under a joint-space action.
 
         Parameters
         ----------
         action : array_like, shape (N,)
             One number a tendon; 1 is the speed limit or, in absolute control, the largest
-            displacement. Larger numbers saturate.
+            displacement. Larger numbers saturate. The representation wrappers hand over what
+            they have read already.
 
         Returns
         -------
@@ -91,14 +88,18 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         ValueError
             If the action has another shape or is not finite.
         """
+        core = self.core
+        core.step(action if type(action) is Reading else self._read(action))
+        reward, info = core.reward()
+        return core.observe(), reward, info["diverged"], False, info
+
+    def _read(self, action: Any) -> Reading:
         joint = np.asarray(action)
         if joint.dtype != np.float32:  # the policy's own; its numbers need no conversion
             joint = np.asarray(action, dtype=np.float64)
         if joint.shape != self._action_shape:
             raise ValueError(f"action must have the shape {self._action_shape}, got {joint.shape}")
-        self.core.step(joint.tolist())
-        reward, info = self.core.reward()
-        return self._observation(self.core.observe()), reward, info["diverged"], False, info
+        return self.core.limits.read(joint.tolist())
 
     def render(self) -> Any:
         """Return the picture (height, width, 3) uint8, or the depth (height, width) float32 [m].
@@ -129,9 +130,6 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self.core.restore(state)
         self._np_random = self.core.streams.generators[0]
         self._np_random_seed = self.core.streams.seeds[0]
-
-    def _observation(self, batch: Observation) -> Any:
-        return batch if self._goal_env else batch["observation"]
 
 
 class ContinuumRobotGoalEnv(ContinuumRobotEnv):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from operator import add, sub
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, not_finite
@@ -44,6 +47,59 @@ def largest_magnitude(joints: Joints) -> Any:
     return largest
 
 
+def check_finite(action: Joints) -> Any:
+    """Return each row's sum of squares, or that of the floats of the scalar environment.
+
+    Parameters
+    ----------
+    action : ndarray of shape (B, N), or list of N floats
+
+    Returns
+    -------
+    ndarray of shape (B,), or float
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> check_finite([3.0, 4.0])
+    25.0
+    """
+    if isinstance(action, list):
+        length = math.hypot(*action)
+        size: Any = length * length
+        finite = math.isfinite(size)
+    else:
+        size = np.vecdot(action, action)
+        finite = math.isfinite(size.sum())
+    if not finite:
+        raise ValueError(not_finite(np.asarray(action)))
+    return size
+
+
+@dataclass(slots=True)
+class Reading:
+    """Actions as the core takes them.
+
+    Parameters
+    ----------
+    flat : sequence of 2S numbers
+        Clarke coordinates of the decoded actions: floats in the scalar environment, or arrays (B,).
+        1 is the speed limit (increment) or the largest displacement (absolute).
+    off_manifold : ndarray of shape (B, N), list of N floats in the scalar environment, or None
+        The change asked for off the manifold, or in absolute control the target [m]; None for none.
+    rows : ndarray of bool, shape (B,), or None
+        Environments that ask for one, where not all do.
+    """
+
+    flat: Sequence[Number]
+    off_manifold: Joints | None = None
+    rows: NDArray[np.bool_] | None = None
+
+
 def _shorten(joints: Any, limit: float) -> Any:
     """Return each row shortened until no entry passes `limit`; arrays are changed in place."""
     if isinstance(joints, list):
@@ -60,7 +116,7 @@ def _without_rounding(number: float) -> float:
 
 
 class CommandLimits:
-    """Turns decoded actions into commands that the drives can follow.
+    """Turns actions into commands that the drives can follow.
 
     The part of an increment on the manifold is saturated radially, segment by segment, at the
     tendons' speed limit; so is the resulting bend at its limit. The off-manifold part is scaled
@@ -90,18 +146,58 @@ class CommandLimits:
         grams = np.array(
             [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
         )
-        self._segments = [
-            (scale, step, gram[0, 0].item(), gram[1, 1].item(), _without_rounding(2.0 * gram[0, 1]))
-            for scale, step, gram in zip(scales.tolist(), steps.tolist(), grams, strict=True)
+        self._scales, self._steps = scales.tolist(), steps.tolist()
+        self._grams = [
+            (gram[0, 0].item(), gram[1, 1].item(), _without_rounding(2.0 * gram[0, 1]))
+            for gram in grams
         ]
 
-    def apply(self, action: Joints, command: JointVector) -> JointVector:
-        """Return the command that follows `command` under a decoded action.
+    def read(self, action: Joints) -> Reading:
+        """Return a joint-space action, split into its parts on and off the manifold.
 
         Parameters
         ----------
         action : ndarray of shape (B, N), or list of N floats in the scalar environment
-            Decoded action; 1 is the speed limit (increment) or the largest displacement (absolute).
+            1 is the speed limit (increment) or the largest displacement (absolute).
+
+        Returns
+        -------
+        Reading
+
+        Raises
+        ------
+        ValueError
+            If a number is not finite.
+        """
+        size = check_finite(action)
+        if isinstance(action, list):
+            flat = self._encode.of_numbers(action).tolist()
+        else:
+            flat = components(self._encode.of_rows(action), False)
+        onto: Number = 0.0
+        for k, (xx, yy, xy) in enumerate(self._grams):
+            a, b = flat[2 * k], flat[2 * k + 1]
+            # |D m|^2 from the segments' Gram matrices; the rest of |action|^2 is off the manifold.
+            onto = onto + (xx * a * a + yy * b * b)
+            if xy:
+                onto = onto + xy * a * b
+        found = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
+        if isinstance(action, list):
+            return Reading(flat, self._residual.of_numbers(action).tolist() if found else None)
+        if not found.any():
+            return Reading(flat)
+        changes = self._residual.of_rows(action)
+        if found.all():
+            return Reading(flat, changes)
+        changes[~found] = 0.0
+        return Reading(flat, changes, found)
+
+    def apply(self, action: Reading, command: JointVector) -> JointVector:
+        """Return the command that follows `command` under an action.
+
+        Parameters
+        ----------
+        action : Reading
         command : JointVector
             The command held so far.
 
@@ -109,62 +205,33 @@ class CommandLimits:
         -------
         JointVector
             The new command, inside every limit.
-
-        Raises
-        ------
-        ValueError
-            If a number is not finite.
         """
-        size: Number
-        if isinstance(action, list):
-            length = math.hypot(*action)
-            size = length * length
-            finite = math.isfinite(size)
-        else:
-            size = np.vecdot(action, action)
-            finite = math.isfinite(size.sum())
-        if not finite:
-            raise ValueError(not_finite(np.asarray(action)))
-        if isinstance(action, list):
-            flat = self._encode.of_numbers(action).tolist()
-        else:
-            flat = components(self._encode.of_rows(action), False)
-        pairs, onto = [], 0.0
+        pairs, flat = [], action.flat
         for k, (x, y) in enumerate(command.pairs):
-            scale, step, xx, yy, xy = self._segments[k]
-            a, b = flat[2 * k], flat[2 * k + 1]
-            # |D m|^2 from the segments' Gram matrices; the rest of |action|^2 is off the manifold.
-            onto = onto + (xx * a * a + yy * b * b)
-            if xy:
-                onto = onto + xy * a * b
-            u, v = a * scale, b * scale
+            scale, step = self._scales[k], self._steps[k]
+            u, v = flat[2 * k] * scale, flat[2 * k + 1] * scale
             if self._absolute:
                 u, v = u - x, v - y
             u, v = shortened((u, v), step)
             pairs.append((x + u, y + v))
-        found = size - onto > OFF_MANIFOLD_RESOLUTION**2 * size
         decoupled = kinematics.decoupled(pairs, self._radii)
         bends = list(map(shortened, decoupled, self._max_bending))
-        off = self._off_manifold(action, found, command.off_manifold)
+        off = self._off_manifold(action, command.off_manifold)
         return JointVector(kinematics.coupled(bends, self._radii), off)
 
-    def _off_manifold(self, action: Joints, found: Any, held: Joints | None) -> Joints | None:
-        """Return the off-manifold command; `found` tells which rows of the action have one."""
-        none = not found if isinstance(action, list) else not found.any()
-        if none and (held is None or not self._absolute):
-            return held
-        if isinstance(action, list):
-            zero = [0.0] * len(action)
-            change = self._residual.of_numbers(action).tolist() if found else zero
-            return self._moved(held or zero, change)
-        changes = self._residual.of_rows(action)
-        others = None if found.all() else ~found
-        if others is not None:
-            changes[others] = 0.0
-        before = np.zeros_like(action) if held is None else held
-        moved = self._moved(before, changes)
-        if others is not None and not self._absolute:
-            moved[others] = before[others]
+    def _off_manifold(self, action: Reading, held: Joints | None) -> Joints | None:
+        """Return the off-manifold command."""
+        change = action.off_manifold
+        if change is None:
+            if held is None or not self._absolute:
+                return held
+            change = [0.0] * len(held) if isinstance(held, list) else np.zeros_like(held)
+        if isinstance(change, list):
+            return self._moved(held or [0.0] * len(change), change)
+        before = np.zeros_like(change) if held is None else held
+        moved = self._moved(before, change)
+        if action.rows is not None and not self._absolute:
+            moved[~action.rows] = before[~action.rows]
         return moved
 
     def _moved(self, held: Any, change: Any) -> Any:

@@ -7,7 +7,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +15,9 @@ from clarke_gym._arrays import FloatArray
 from clarke_gym._checks import check_choice
 from clarke_gym.envs._shared import check_options, check_render_mode, goal_reward, render_rows
 from clarke_gym.envs.config import EnvConfig
-from clarke_gym.envs.core import EnvCore, Observation
+from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.env import ContinuumRobotEnv
+from clarke_gym.envs.limits import Reading
 
 BoolArray = NDArray[np.bool_]
 
@@ -77,10 +77,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.core = EnvCore(config, num_envs)
         self.single_action_space = self.core.action_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
-        entries = self.core.observation_spaces()
-        self.single_observation_space = (
-            spaces.Dict(entries) if config.goal_env else entries["observation"]  # type: ignore[arg-type]
-        )
+        self.single_observation_space = self.core.observation_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._done = np.zeros(num_envs, dtype=bool)
         self._all = np.arange(num_envs)
@@ -114,16 +111,17 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.core.reset(rows, check_options(options, self.core.task.goal_size, len(rows)))
         self._done[rows] = False
         _, info = self.core.reward()
-        return self._observation(self.core.observe()), self._masked(info, mask)
+        return self.core.observe(), self._masked(info, mask)
 
     def step(
-        self, actions: ArrayLike
+        self, actions: ArrayLike | Reading
     ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Advance all environments by one control period under joint-space actions.
 
         Parameters
         ----------
         actions : array_like, shape (B, N)
+            As in the scalar environment.
 
         Returns
         -------
@@ -136,18 +134,14 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         RuntimeError
             If an episode has ended and autoreset is disabled.
         """
-        joint = np.asarray(actions, dtype=np.float64)
-        if joint.shape != self.action_space.shape:
-            raise ValueError(
-                f"actions must have the shape {self.action_space.shape}, got {joint.shape}"
-            )
+        reading = actions if isinstance(actions, Reading) else self._read(actions)
         ended = self._done
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
             raise RuntimeError(
                 f"environments {self._all[ended].tolist()} have ended; reset them with "
                 "options={'reset_mask': ...} before the next step"
             )
-        self.core.step(joint)
+        self.core.step(reading)
         restart = (
             self._all[ended] if self.autoreset_mode is AutoresetMode.NEXT_STEP else self._all[:0]
         )
@@ -172,7 +166,15 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             self._done = np.zeros(self.num_envs, dtype=bool)
             infos.update(self._masked(self.core.reward()[1], None))
             observation = self.core.observe()
-        return self._observation(observation), reward, terminated, truncated, infos
+        return observation, reward, terminated, truncated, infos
+
+    def _read(self, actions: ArrayLike) -> Reading:
+        joint = np.asarray(actions, dtype=np.float64)
+        if joint.shape != self.action_space.shape:
+            raise ValueError(
+                f"actions must have the shape {self.action_space.shape}, got {joint.shape}"
+            )
+        return self.core.limits.read(joint)
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one picture an environment, as Gymnasium's recorders tile them."""
@@ -197,15 +199,14 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.core.restore(state)
         self._done = state["done"].copy()
 
-    def _observation(self, batch: Observation) -> Any:
-        return batch if self.core.config.goal_env else batch["observation"]
-
-    def _final_observation(self, batch: Observation, rows: NDArray[np.intp]) -> NDArray[Any]:
+    def _final_observation(self, batch: Any, rows: NDArray[np.intp]) -> NDArray[Any]:
         """Gymnasium's form: an object array with the last observation where an episode ended."""
         final = np.full(self.num_envs, None, dtype=object)
         for row in rows:
-            one = {name: array[row].copy() for name, array in batch.items()}
-            final[row] = one if self.core.config.goal_env else one["observation"]
+            if isinstance(batch, dict):
+                final[row] = {name: array[row].copy() for name, array in batch.items()}
+            else:
+                final[row] = batch[row].copy()
         return final
 
     def _masked(self, info: dict[str, Any], mask: BoolArray | None) -> dict[str, Any]:

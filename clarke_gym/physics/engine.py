@@ -68,6 +68,7 @@ class Engine(ABC):
         self.straight = chain.model.tendon_length0.copy()
         self._tip = chain.model.site("tip").id
         self._warned, self._warnings_seen = np.zeros(1, np.intp), b""
+        self._quiet = QuietEngine()
 
     def _keep_history(self, history: FloatArray) -> None:
         """Name what the model's recorders write, (B, numbers), and what they held at first.
@@ -123,6 +124,15 @@ class Engine(ABC):
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
 
     @abstractmethod
+    def tendon_lengths(self) -> Any:
+        """Return the lengths [m] of tendons that run along joints, once `tip_pose` was asked for.
+
+        Returns
+        -------
+        ndarray, shape (B, ntendon), or list of ntendon floats for a robot by itself
+        """
+
+    @abstractmethod
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
         """Return outputs of the current state, shape (B, ...), after a stage of the engine."""
 
@@ -166,6 +176,7 @@ class BatchEngine(Engine):
         self._activation = self._batch.bind("act") if chain.model.na else None
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
+        self._lengths = self._batch.bind("ten_length")
         self._counts = self._batch.warning[:, :, 1]
         self._keep_history(self._batch.bind("history"))
 
@@ -174,7 +185,7 @@ class BatchEngine(Engine):
     ) -> NDArray[np.bool_] | None:
         """Advance the simulations `rows`; see `Engine.run`."""
         self._set_actuators(start, control)
-        with QuietEngine():
+        with self._quiet:
             self._batch.step(rows, nstep=steps)
         return self._failed()
 
@@ -183,6 +194,10 @@ class BatchEngine(Engine):
         self._batch.forward(stage=_POSITIONS)
         poses = self._sites[:, self._tip], self._quaternions[:, -1]
         return components(poses[0].copy(), False), components(poses[1].copy(), False)
+
+    def tendon_lengths(self) -> FloatArray:
+        """Return the lengths of tendons; see `Engine.tendon_lengths`."""
+        return self._lengths
 
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
         outputs = [self._batch.bind(field) for field in fields]
@@ -208,6 +223,7 @@ class SingleEngine(Engine):
         self._lengths, self._counts = data.ten_length, data.warning.number[None]
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
         self._keep_history(data.history[None])
+        self._acted_later = self.acted[0, :, 1:]
 
     def run(
         self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
@@ -215,14 +231,21 @@ class SingleEngine(Engine):
         """Advance the simulation, whichever `rows` says; see `Engine.run`."""
         del rows
         self._set_actuators(start, control)
-        with QuietEngine():
+        with self._quiet:
             mujoco.mj_step(self._model, self._data, steps)
-        return self._failed()
+        return None if self._counts.tobytes() == self._warnings_seen else self._failed()
 
     def tendon_lengths(self) -> list[float]:
-        """Return the current lengths of tendons that run along joints [m]."""
+        """Return the lengths of tendons, always the current ones; see `Engine.tendon_lengths`."""
         mujoco.mj_tendon(self._model, self._data)
         return self._lengths.tolist()
+
+    def lengths_after(self) -> list[list[float]]:
+        """Return the lengths [m] after each time step of the last control step, by tendon."""
+        lengths: list[list[float]] = self._acted_later.tolist()
+        for column, last in zip(lengths, self.tendon_lengths(), strict=True):
+            column.append(last)
+        return lengths
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tip's position [m] and orientation (w, x, y, z)."""

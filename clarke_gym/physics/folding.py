@@ -111,7 +111,8 @@ class FoldedSteps:
         ndarray of bool, shape (B,), or None
             Robots that the engine gave up; None for none.
         """
-        ends = self._lengths(start), self._lengths(end)
+        ends = self._lengths(start), self._springs.folded_lengths(end)
+        self._held = end, ends[1]
         rates = ramp_rates(*ends, self._duration)
         if not self._watch_slack:
             rows = None if active is None else np.flatnonzero(active)
@@ -135,11 +136,8 @@ class FoldedSteps:
             return self._run_whole(_ROW, drives, before)
         given_up = engine.run(None, first, rates, self._steps)
         if start.off_manifold is None and end.off_manifold is None:
-            lengths = engine.acted[0, :, 1:].tolist()
-            for column, length in zip(lengths, engine.tendon_lengths(), strict=True):
-                column.append(length)
             steps = [rate * self._time_step for rate in rates]
-            if self._springs.surely_taut(first, steps, lengths):
+            if self._springs.surely_taut(first, steps, engine.lengths_after()):
                 return given_up
         ends = np.array([first]), np.array([last])
         if self._went_slack(drives, ends, engine.acted, self._actual_lengths())[0]:

@@ -16,7 +16,7 @@ from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain, shortened
 from clarke_gym.physics.engine import BatchEngine, Engine, SingleEngine
-from clarke_gym.physics.folding import FoldedSteps, ramp_rates
+from clarke_gym.physics.folding import Before, FoldedSteps, ramp_rates
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import (
     PROFILES,
@@ -26,8 +26,6 @@ from clarke_gym.physics.mjcf import (
 )
 from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
-
-_NONE = np.array([False])
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -133,6 +131,7 @@ class MujocoPhysics:
         self._chord = routing == "chord"
         to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
         self._to_clarke = LinearMap(to_clarke)
+        self._axes_folded = self.chain.folded and self._springs.aligned
         self._folded: FoldedSteps | None = None
         if self.chain.folded:
             self._folded = FoldedSteps(
@@ -174,6 +173,11 @@ class MujocoPhysics:
             off = rows - map_rows(clarke, robot.decoder.T)
             parts = components(clarke, self._scalar)
             return JointVector.from_flat(parts, off[0].tolist() if self._scalar else off)
+        if self._axes_folded:  # the virtual tendons shorten by just these numbers
+            lengths = self._engine.tendon_lengths()
+            if self._scalar:
+                return JointVector.from_flat([-length for length in lengths])
+            return JointVector.from_flat(components(-lengths, False))
         if self._scalar:
             return JointVector.from_flat(self._to_clarke.of_numbers(self._engine.qpos[0]).tolist())
         return JointVector.from_flat(components(self._to_clarke.of_rows(self._engine.qpos), False))
@@ -252,25 +256,26 @@ class MujocoPhysics:
         else:
             rows = None if active is None else np.flatnonzero(active)
             failed = engine.run(rows, *self._targets(start, end), self._substeps)
-        if failed is None:
-            failed = _NONE
-        if not self._angles_small():
-            failed = failed | ~(np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
-        if active is not None or np.count_nonzero(failed):
-            self._diverged = self._diverged | failed
-            still = np.flatnonzero(self._diverged)
-            engine.qpos[still] = before[0][still]
-            engine.qvel[still] = 0.0
-            end = end.with_rows(still, start.clarke[still])
+        # A small sum of squares spares the look at every joint; nan fails all comparisons.
+        small = np.vdot(engine.qpos, engine.qpos) <= MAX_JOINT_ANGLE_RAD**2
+        if active is not None or failed is not None or not small:
+            straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
+            failed = np.logical_not(straight) if failed is None else failed | ~straight
+            end = self._stop(failed, before, start, end)
         self._drive = end
         self._state = None
 
-    def _angles_small(self) -> bool:
-        """Return whether no joint is bent too far; nan fails the comparisons."""
-        qpos = self._engine.qpos
-        # The sum of squares is cheaper, and for one robot mostly enough.
-        limit = MAX_JOINT_ANGLE_RAD
-        return bool(np.vdot(qpos, qpos) <= limit * limit or np.abs(qpos).max() <= limit)
+    def _stop(
+        self, failed: NDArray[np.bool_], before: Before, start: JointVector, end: JointVector
+    ) -> JointVector:
+        """Hold the robots that have diverged, now or earlier, and return where all drives are."""
+        self._diverged = self._diverged | failed
+        still = np.flatnonzero(self._diverged)
+        if not still.size:
+            return end
+        self._engine.qpos[still] = before[0][still]
+        self._engine.qvel[still] = 0.0
+        return end.with_rows(still, start.clarke[still])
 
     def _targets(
         self, start: JointVector, end: JointVector
@@ -294,8 +299,9 @@ class MujocoPhysics:
         for (x, y), (u, v), reach in rows:
             u, v = shortened((gain * (u - x), gain * (v - y)), reach)
             pairs.append((x + u, y + v))
-        off = approached(drive.off_manifold, command.off_manifold, gain)
-        return JointVector(pairs, off)
+        if drive.off_manifold is None and command.off_manifold is None:
+            return JointVector(pairs)
+        return JointVector(pairs, approached(drive.off_manifold, command.off_manifold, gain))
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

@@ -103,7 +103,7 @@ class TendonSprings:
         self.fold = -rotation.T
         self._fold_map = LinearMap(self.fold, columns=True)
         self._unfold = rotation
-        self._aligned = bool((rotation == np.eye(len(rotation))).all())
+        self.aligned = bool((rotation == np.eye(len(rotation))).all())
         self._folded_preload = preload @ robot.encoder.T @ self.fold
         self._folded_preloads = self._folded_preload.tolist()
         self._shape, self._shape_offset = self._equilibrium(preload)
@@ -148,7 +148,7 @@ class TendonSprings:
         """Return the commanded lengths of the virtual tendons [m], shape (B, 2S), or 2S floats."""
         parts = command.flat()
         if isinstance(parts[0], float):
-            if self._aligned:  # the product below, to the bit
+            if self.aligned:  # the product below, to the bit
                 return list(map(sub, self._folded_preloads, parts))
             return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
         return self._fold_map.of_columns(parts) + self._folded_preload

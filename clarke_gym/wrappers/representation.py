@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike
 
+from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
 from clarke_gym.representations import Representation
-from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
+from clarke_gym.wrappers._core import core_of, hands_through
 
 
 def _forward_compute_reward(wrapper: gym.Wrapper[Any, Any, Any, Any]) -> None:
@@ -46,12 +48,18 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
         gym.ActionWrapper.__init__(self, env)
         self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
         self.action_space = self._codec.space
+        direct = hands_through(env)
+        self._translate: Callable[[Any], Any] = self._codec.read if direct else self._codec.decode
         _forward_compute_reward(self)
 
     @property
     def representation(self) -> Representation:
         """The maps between actions and joint space."""
         return self._codec.representation
+
+    def step(self, action: ArrayLike) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Advance; a core within reach takes the action without a detour by joint space."""
+        return self.env.step(self._translate(action))
 
     def action(self, action: ArrayLike) -> Any:
         """Return the joint-space action."""
@@ -87,14 +95,28 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
         RecordConstructorArgs.__init__(self, representation=representation)
         gym.ObservationWrapper.__init__(self, env)
         core = core_of(env, type(self).__name__)
-        self._codec = ObservationCodec(core, representation, env.observation_space)
-        self.observation_space = self._codec.space
+        self._codec = ObservationCodec(core, representation)
+        self.observation_space = self._codec.space(env.observation_space)
+        self._direct = hands_through(env, RepresentationAction, ClarkeAction)
         _forward_compute_reward(self)
 
     @property
     def representation(self) -> Representation:
         """The maps between observed numbers and joint space."""
         return self._codec.representation
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start an episode; a core within reach writes the observation itself."""
+        if self._direct:
+            result: Any = self._codec.during(self.env.reset, seed=seed, options=options)
+            return result[0], result[1]
+        return super().reset(seed=seed, options=options)
+
+    def step(self, action: Any) -> Any:
+        """Advance; see `reset`."""
+        return self._codec.during(self.env.step, action) if self._direct else super().step(action)
 
     def observation(self, observation: Any) -> Any:
         """Return the observation with its joint blocks encoded."""

@@ -71,6 +71,20 @@ def test_iqm_interval_matches_scipy_bootstrap():
     assert ours.high == pytest.approx(reference.high, abs=0.03)
 
 
+def test_a_task_told_twice_is_no_further_evidence():
+    """In Clarke coordinates tasks can be the very same; their runs are then the same runs."""
+    x = np.random.default_rng(5).normal(size=20)
+
+    def mean(arm):
+        return np.mean([stratum.mean(axis=1) for stratum in arm], axis=0)
+
+    once, thrice = bootstrap(mean, [x], seed=0), bootstrap(mean, [x, x, x], seed=0)
+    assert [thrice.low, thrice.high] == pytest.approx([once.low, once.high], abs=1e-12)
+    other = np.random.default_rng(6).normal(size=20)
+    apart, told_twice = bootstrap(mean, [x, other], seed=0), bootstrap(mean, [x, x], seed=0)
+    assert apart.high - apart.low < 0.9 * (told_twice.high - told_twice.low)
+
+
 def test_interval_of_two_runs_enumerated():
     # resamples of {0, 1} have means 0, 1/2, 1 with probability 1/4, 1/2, 1/4
     wide = s.iqm_interval([[0.0, 1.0]], seed=0)

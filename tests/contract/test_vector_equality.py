@@ -132,6 +132,43 @@ def test_by_hand_by_keyword_and_vector_entry_point_agree():
             np.testing.assert_array_equal(a, b)
 
 
+@pytest.mark.parametrize("segments", [1, 2])
+@pytest.mark.parametrize("goal_env", [False, True])
+def test_in_clarke_coordinates_the_number_of_tendons_cannot_be_told(segments, goal_env):
+    """No number of tendons enters a constant-curvature episode: the same bits for every n."""
+    traces = []
+    for n in (3, 4, 7, 32):
+        env = gym.make(
+            ID, n_tendons=n, n_segments=segments, goal_env=goal_env, representation="clarke"
+        )
+        observation, _ = env.reset(seed=9)
+        rng, trace = np.random.default_rng(1), [observation]
+        for _ in range(45):
+            action = rng.uniform(-1.5, 1.5, 2 * segments).astype(np.float32)
+            trace += env.step(action)
+        traces.append(repr(trace))
+    assert len(set(traces)) == 1
+
+
+def test_foreign_layers_below_the_wrappers_see_joint_space():
+    """The short way to the core is for stacks in which nobody listens."""
+
+    class Listener(gym.Wrapper):
+        def step(self, action):
+            self.action = action
+            self.observation, *rest = self.env.step(action)
+            return self.observation, *rest
+
+    listener = Listener(gym.make(ID, n_tendons=7))
+    env = clarke_gym.ClarkeObservation(clarke_gym.ClarkeAction(listener))
+    direct = gym.make(ID, n_tendons=7, representation="clarke")
+    np.testing.assert_allclose(env.reset(seed=4)[0], direct.reset(seed=4)[0], atol=1e-6)
+    action = np.array([0.5, -0.25], np.float32)
+    np.testing.assert_allclose(env.step(action)[0], direct.step(action)[0], atol=1e-6)
+    assert np.shape(listener.action) == (7,)
+    assert np.shape(listener.observation) == (23,)
+
+
 @pytest.mark.parametrize("size", [1, 2, 63, 64, 65, 300])
 def test_a_row_does_not_depend_on_its_neighbours(size):
     """Seed i in a batch of any size is the scalar environment of that seed."""

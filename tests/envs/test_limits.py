@@ -31,7 +31,7 @@ def test_no_command_leaves_the_limits(control, segments, n, seed, size):
     for _ in range(40):
         previous = command
         action = rng.uniform(-size, size, (4, robot.n_joints))
-        command = limits.apply(action, command)
+        command = limits.apply(limits.read(action), command)
         bends = np.diff(
             command.clarke / robot.pitch_radii[:, None], axis=1, prepend=np.zeros((4, 1, 2))
         )
@@ -56,7 +56,7 @@ def test_corners_of_square_and_cube_mean_the_same_as_the_rim_of_the_disk(n):
         corner = np.ones((1, representation.size))
         joints = representation.decode(corner)
         reach = np.linalg.norm(joints @ robot.encoder.T)
-        moved = np.linalg.norm(limits.apply(joints, start(robot)).clarke)
+        moved = np.linalg.norm(limits.apply(limits.read(joints), start(robot)).clarke)
         expected = robot.max_tendon_speed_m_s * DT * min(reach, 1.0)
         assert moved == pytest.approx(expected, abs=1e-15)
 
@@ -130,7 +130,7 @@ def test_all_segments_cross_their_range_in_the_same_time(segments):
     action = np.tile([1.0, 0.0], segments)[None] @ robot.decoder.T
     command, steps = start(robot), 0
     while steps < 100 and not np.allclose(command.clarke[0, :, 0], robot.max_clarke):
-        command = limits.apply(action, command)
+        command = limits.apply(limits.read(action), command)
         steps += 1
     expected = robot.segments[0].max_clarke_m / (robot.max_tendon_speed_m_s * DT)
     assert steps == int(np.ceil(expected))

@@ -6,14 +6,16 @@ observations, too, so all modes work.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import batch_space
 
+from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
 from clarke_gym.representations import Representation
-from clarke_gym.wrappers._codec import ActionCodec, ObservationCodec, core_of
+from clarke_gym.wrappers._core import core_of, hands_through
 
 _VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
 
@@ -39,6 +41,8 @@ class RepresentationAction(gym.vector.VectorWrapper):
         self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
         self.single_action_space = self._codec.space
         self.action_space = batch_space(self._codec.space, self.num_envs)
+        direct = hands_through(env)
+        self._translate: Callable[[Any], Any] = self._codec.read if direct else self._codec.decode
 
     @property
     def representation(self) -> Representation:
@@ -46,8 +50,8 @@ class RepresentationAction(gym.vector.VectorWrapper):
         return self._codec.representation
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Decode the actions and advance."""
-        return self.env.step(self._codec.decode(actions))
+        """Advance; a core within reach takes actions without a detour by joint space."""
+        return self.env.step(self._translate(actions))
 
 
 class RepresentationObservation(gym.vector.VectorWrapper):
@@ -69,9 +73,10 @@ class RepresentationObservation(gym.vector.VectorWrapper):
     def __init__(self, env: _VectorEnv, representation: str) -> None:
         super().__init__(env)
         core = core_of(env, type(self).__name__)
-        self._codec = ObservationCodec(core, representation, env.single_observation_space)
-        self.single_observation_space = self._codec.space
-        self.observation_space = batch_space(self._codec.space, self.num_envs)
+        self._codec = ObservationCodec(core, representation)
+        self.single_observation_space = self._codec.space(env.single_observation_space)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._direct = hands_through(env, RepresentationAction, ClarkeAction)
 
     @property
     def representation(self) -> Representation:
@@ -79,12 +84,18 @@ class RepresentationObservation(gym.vector.VectorWrapper):
         return self._codec.representation
 
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
-        """Reset and encode."""
+        """Reset and encode; a core within reach writes the observations itself."""
+        if self._direct:
+            result: Any = self._codec.during(self.env.reset, seed=seed, options=options)
+            return result[0], result[1]
         observation, info = self.env.reset(seed=seed, options=options)
         return self._codec.encode(observation), info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Advance and encode, final observations included."""
+        """Advance and encode, final observations included; see `reset`."""
+        if self._direct:
+            result: Any = self._codec.during(self.env.step, actions)
+            return result
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
             final = np.full(self.num_envs, None, dtype=object)
