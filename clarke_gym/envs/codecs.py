@@ -127,17 +127,18 @@ class ObservationCodec:
         self._tail = core.task_size()
         matrix = block_diagonal([onto.T] * blocks + [np.eye(self._tail)])
         self._assemble = LinearMap(matrix.astype(np.float32), columns=True)
-        self._scales: list[float] | None = None
-        if onto.shape[0] == onto.shape[1] and not representation.polar:
-            diagonal = np.diag(onto)
-            if np.abs(onto - np.diag(diagonal)).max() < _TINY * diagonal.max():
-                self._scales = diagonal.tolist() * blocks
-        self._off_scale = (1.0 / scale).astype(np.float32)
-        self._off_scales = self._off_scale.tolist() * blocks
         residual = encoder - encoder @ robot.decoder @ robot.encoder
         self._sees_off = bool(np.abs(residual).max() > _TINY)
         raw = np.array_equal(encoder, np.eye(len(encoder)))
         self._off_map = None if raw else encoder.T.copy()
+        self._off_scale = (1.0 / scale).astype(np.float32)
+        self._off_scales = self._off_scale.tolist() * blocks
+        # Axes along those of the Clarke coordinates need no product at all.
+        self._scales: list[float] | None = None
+        if onto.shape[0] == onto.shape[1] and not (self._sees_off or representation.polar):
+            diagonal = np.diag(onto)
+            if np.abs(onto - np.diag(diagonal)).max() < _TINY * diagonal.max():
+                self._scales = diagonal.tolist() * blocks
         self._encode = LinearMap(
             block_diagonal([encoder.T] * blocks + [np.eye(self._tail)]).astype(np.float32)
         )
