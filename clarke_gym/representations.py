@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym._checks import check_choice
+from clarke_gym._checks import check_choice, check_last_axis
 from clarke_gym._linear_map import map_rows
 from clarke_gym.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.robots import Robot, Segment, block_diagonal
@@ -166,15 +166,16 @@ class Representation:
         Returns
         -------
         ndarray, shape (..., N)
-            In the precision of `coordinates`.
+            In the precision of `coordinates`; float64 for whole numbers.
 
         Raises
         ------
         ValueError
             If the last axis is not K.
         """
-        rows = _rows(self.linear(coordinates), self.decoder.shape[1], "coordinates")
-        joints = map_rows(rows, self._decoder_like(rows))
+        coordinates = check_last_axis(coordinates, self.size, "coordinates")
+        rows = self.linear(coordinates).reshape(-1, self.size)
+        joints = map_rows(rows, self.decoder.T.astype(rows.dtype, copy=False))
         return joints.reshape(*coordinates.shape[:-1], joints.shape[1])
 
     def linear(self, coordinates: NDArray[Any]) -> NDArray[Any]:
@@ -195,11 +196,6 @@ class Representation:
         pairs = np.stack([magnitude * np.cos(angle), magnitude * np.sin(angle)], axis=-1)
         return pairs.reshape(coordinates.shape).astype(coordinates.dtype, copy=False)
 
-    def _decoder_like(self, rows: NDArray[Any]) -> NDArray[Any]:
-        if rows.dtype == np.float64:
-            return self.decoder.T
-        return self.decoder.T.astype(rows.dtype)
-
     def encode(self, joints: NDArray[Any]) -> NDArray[Any]:
         """Return coordinates of joint-space numbers.
 
@@ -210,14 +206,15 @@ class Representation:
         Returns
         -------
         ndarray, shape (..., K)
-            In the precision of `joints`.
+            In the precision of `joints`; float64 for whole numbers.
 
         Raises
         ------
         ValueError
             If the last axis is not N.
         """
-        rows = _rows(joints, self.n_joints, "joints")
+        joints = check_last_axis(joints, self.n_joints, "joints")
+        rows = joints.reshape(-1, self.n_joints)
         result = map_rows(rows, self.encoder.T.astype(rows.dtype, copy=False))
         if self.polar:
             to_polar(result)
@@ -268,12 +265,6 @@ def to_polar(pairs: NDArray[Any]) -> None:
     x, y = pairs[..., 0::2].copy(), pairs[..., 1::2].copy()
     pairs[..., 0::2] = 2.0 * np.sqrt(x * x + y * y) - 1.0
     pairs[..., 1::2] = np.arctan2(y, x) / np.pi
-
-
-def _rows(array: NDArray[Any], width: int, name: str) -> NDArray[Any]:
-    if array.ndim == 0 or array.shape[-1] != width:
-        raise ValueError(f"{name} must have a last axis of {width}, got shape {array.shape}")
-    return array.reshape(-1, width)
 
 
 def representation_names() -> list[str]:

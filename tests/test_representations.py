@@ -33,6 +33,14 @@ def test_encode_undoes_decode(name, n, segments):
         np.testing.assert_allclose(representation.encode(joints), z, atol=1e-12)
 
 
+@pytest.mark.parametrize("name", names_for(4))
+def test_whole_numbers_are_numbers(name):
+    representation = make_representation(name, make_robot(n_tendons=4))
+    for method, size in ((representation.decode, representation.size), (representation.encode, 4)):
+        whole = np.array([[1] + [0] * (size - 1)])
+        np.testing.assert_array_equal(method(whole), method(whole.astype(float)))
+
+
 @pytest.mark.parametrize(("name", "n", "segments"), CASES)
 def test_everything_but_raw_and_common_modes_stays_on_the_manifold(name, n, segments):
     robot = make_robot(n_tendons=n, n_segments=segments)
