@@ -101,29 +101,6 @@ class JointVector:
         return cls.from_clarke(state["clarke"], None if off is None else off.copy(), scalar)
 
 
-def lag_gain(robot: Robot, control_dt: float) -> float:
-    r"""Return the share of a gap that the drives close in one control period.
-
-    Parameters
-    ----------
-    robot : Robot
-    control_dt : float
-        Control period T [s].
-
-    Returns
-    -------
-    float
-        :math:`1 - e^{-T/\tau}` with the drives' time constant tau; 1 for ideal drives.
-
-    Examples
-    --------
-    >>> round(lag_gain(Robot(), 0.05), 6), lag_gain(Robot(actuator_time_constant_s=0.0), 0.05)
-    (0.632121, 1.0)
-    """
-    tau = robot.actuator_time_constant_s
-    return 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
-
-
 def shortened(pair: Pair, limit: float) -> Pair:
     """Return a vector shortened to at most a limit, its direction kept.
 
@@ -151,38 +128,6 @@ def shortened(pair: Pair, limit: float) -> Pair:
     else:
         scale = limit / np.maximum(np.sqrt(x * x + y * y), limit)
     return x * scale, y * scale
-
-
-def approached(held: Any, target: Any, gain: float) -> Joints | None:
-    """Return off-manifold numbers that close a share of the gap to a target.
-
-    Parameters
-    ----------
-    held, target : ndarray of shape (B, N), list of N floats, or None
-        None stands for zeros.
-    gain : float
-        The share.
-
-    Returns
-    -------
-    ndarray, list or None
-
-    Examples
-    --------
-    >>> approached(None, [1.0, -2.0], 0.5)
-    [0.5, -1.0]
-    """
-    if held is None and target is None:
-        return None
-    if isinstance(held, list) or isinstance(target, list):
-        zero = [0.0] * len(held or target)
-        pairs = zip(held or zero, target or zero, strict=True)
-        return [a + gain * (b - a) for a, b in pairs]
-    held, target = (0.0 if part is None else part for part in (held, target))
-    result: FloatArray = np.asarray(target - held)
-    result *= gain
-    result += held
-    return result
 
 
 @dataclass(slots=True)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain
+from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.drives import Drives
 from clarke_gym.robots import Robot
 
 
@@ -46,7 +47,7 @@ class ConstantCurvature:
     ) -> None:
         self.robot = robot
         self.num_envs = num_envs
-        self._gain = lag_gain(robot, control_dt)
+        self._drives = Drives(robot, control_dt)
         self._scalar = scalar
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()
@@ -71,13 +72,7 @@ class ConstantCurvature:
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements."""
-        gain, held = self._gain, self._displacement
-        pairs = [
-            (x + gain * (u - x), y + gain * (v - y))
-            for (x, y), (u, v) in zip(held.pairs, command.pairs, strict=True)
-        ]
-        off = approached(held.off_manifold, command.off_manifold, gain)
-        self._displacement = JointVector(pairs, off)
+        self._displacement = self._drives.approach(self._displacement, command)
         self._state = None
 
     def backbone(self, points: int) -> FloatArray:

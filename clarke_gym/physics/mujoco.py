@@ -14,7 +14,8 @@ from clarke_gym._arrays import FloatArray, components
 from clarke_gym._checks import check_choice, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
-from clarke_gym.physics.base import JointVector, RobotState, approached, lag_gain, shortened
+from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.engine import BatchEngine, Engine, SingleEngine
 from clarke_gym.physics.folding import Before, FoldedSteps, ramp_rates
 from clarke_gym.physics.links import Chain
@@ -108,9 +109,7 @@ class MujocoPhysics:
         self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
-        self._gain = lag_gain(robot, control_dt)
-        # Environments keep to the rate limit; the margin leaves their commands' bits alone.
-        self._reach = (robot.tendon_speeds * control_dt * (1.0 + 1e-9)).tolist()
+        self._drives = Drives(robot, control_dt, limited=True)
         if threads is None:
             threads = min(num_envs, os.cpu_count() or 1)
         elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
@@ -247,7 +246,11 @@ class MujocoPhysics:
         stopped = np.count_nonzero(self._diverged)
         if stopped == self.num_envs:
             return
-        start, end = self._drive, self._approach(command)
+        start = self._drive
+        if self._tension_driven:
+            end = JointVector.from_state(command.get_state(), self._scalar)
+        else:
+            end = self._drives.approach(start, command)
         engine = self._engine
         before = engine.qpos.copy(), engine.qvel.copy()
         active = ~self._diverged if stopped else None
@@ -288,20 +291,6 @@ class MujocoPhysics:
         straight = self._engine.straight if self._chord else 0.0
         first, last = (straight + self._springs.lengths(drive) for drive in (start, end))
         return first, ramp_rates(first, last, self._substeps * self.chain.model.opt.timestep)
-
-    def _approach(self, command: JointVector) -> JointVector:
-        """Return where the drives get to within one control period."""
-        drive, gain = self._drive, self._gain
-        if self._tension_driven:
-            return JointVector.from_state(command.get_state(), self._scalar)
-        pairs = []
-        rows = zip(drive.pairs, command.pairs, self._reach, strict=True)
-        for (x, y), (u, v), reach in rows:
-            u, v = shortened((gain * (u - x), gain * (v - y)), reach)
-            pairs.append((x + u, y + v))
-        if drive.off_manifold is None and command.off_manifold is None:
-            return JointVector(pairs)
-        return JointVector(pairs, approached(drive.off_manifold, command.off_manifold, gain))
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

@@ -1,0 +1,79 @@
+"""The drives between commands and tendons: a first-order lag, limited in speed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from clarke_gym._arrays import FloatArray
+from clarke_gym.physics.base import Joints, JointVector, shortened
+from clarke_gym.robots import Robot
+
+
+class Drives:
+    r"""Drives that follow their commands with a time constant tau.
+
+    One control period of length T closes the gap by the exact factor :math:`1 - e^{-T/\tau}`; ideal
+    drives (tau = 0) close it at once.
+
+    Parameters
+    ----------
+    robot : Robot
+    control_dt : float
+        Control period T [s].
+    limited : bool
+        Whether a drive moves no faster than its speed limit, however far away its command is.
+
+    Examples
+    --------
+    >>> drives = Drives(Robot(), 0.05)
+    >>> held, command = (JointVector.from_flat([x, 0.0]) for x in (0.0, 1.0))
+    >>> [[round(x, 6) for x in pair] for pair in drives.approach(held, command).pairs]
+    [[0.632121, 0.0]]
+    """
+
+    def __init__(self, robot: Robot, control_dt: float, limited: bool = False) -> None:
+        tau = robot.actuator_time_constant_s
+        self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
+        reach = robot.tendon_speeds * control_dt
+        # Environments keep to the rate limit; the margin leaves their commands' bits alone.
+        self._reach = (reach * (1.0 + 1e-9)).tolist() if limited else [math.inf] * len(reach)
+
+    def approach(self, held: JointVector, command: JointVector) -> JointVector:
+        """Return where the drives get to within one control period.
+
+        Parameters
+        ----------
+        held : JointVector
+            Where they are [m].
+        command : JointVector
+            Where they are sent [m].
+
+        Returns
+        -------
+        JointVector
+        """
+        gain, pairs = self._gain, []
+        for (x, y), (u, v), reach in zip(held.pairs, command.pairs, self._reach, strict=True):
+            u, v = gain * (u - x), gain * (v - y)
+            if reach != math.inf:
+                u, v = shortened((u, v), reach)
+            pairs.append((x + u, y + v))
+        if held.off_manifold is None and command.off_manifold is None:
+            return JointVector(pairs)
+        return JointVector(pairs, _approached(held.off_manifold, command.off_manifold, gain))
+
+
+def _approached(held: Any, target: Any, gain: float) -> Joints:
+    """Return off-manifold numbers that close a share of the gap to a target; one may be None."""
+    if isinstance(held, list) or isinstance(target, list):
+        zero = [0.0] * len(held or target)
+        pairs = zip(held or zero, target or zero, strict=True)
+        return [a + gain * (b - a) for a, b in pairs]
+    held, target = (0.0 if part is None else part for part in (held, target))
+    result: FloatArray = np.asarray(target - held)
+    result *= gain
+    result += held
+    return result
