@@ -233,7 +233,7 @@ class SingleEngine(Engine):
         self._set_actuators(start, control)
         with self._quiet:
             mujoco.mj_step(self._model, self._data, steps)
-        return None if self._counts.tobytes() == self._warnings_seen else self._failed()
+        return self._failed()
 
     def tendon_lengths(self) -> list[float]:
         """Return the lengths of tendons, always the current ones; see `Engine.tendon_lengths`."""

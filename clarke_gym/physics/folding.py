@@ -18,8 +18,8 @@ from clarke_gym.physics.tendons import TendonSprings
 Before: TypeAlias = tuple[FloatArray, FloatArray]
 """Joint coordinates and velocities at the start of a control step."""
 
-Drives: TypeAlias = tuple[JointVector, JointVector]
-"""Where the drives are before and after it."""
+Motion: TypeAlias = tuple[JointVector, JointVector]
+"""Where the drives are before and after a control step."""
 
 _ROW = np.array([0])
 
@@ -124,7 +124,7 @@ class FoldedSteps:
     def _run_one(
         self,
         engine: SingleEngine,
-        drives: Drives,
+        drives: Motion,
         ends: Any,
         rates: list[float],
         before: Before,
@@ -147,7 +147,7 @@ class FoldedSteps:
     def _run_batch(
         self,
         active: NDArray[np.bool_] | None,
-        drives: Drives,
+        drives: Motion,
         ends: tuple[FloatArray, FloatArray],
         rates: FloatArray,
         before: Before,
@@ -186,7 +186,7 @@ class FoldedSteps:
 
     def _went_slack(
         self,
-        drives: Drives,
+        drives: Motion,
         ends: tuple[FloatArray, FloatArray],
         acted: FloatArray,
         length: FloatArray,
@@ -212,7 +212,7 @@ class FoldedSteps:
         return self._to_folded.of_rows(self._engine.qpos)
 
     def _run_whole(
-        self, rows: NDArray[np.intp], drives: Drives, before: Before
+        self, rows: NDArray[np.intp], drives: Motion, before: Before
     ) -> NDArray[np.bool_] | None:
         """Run the control step of the robots `rows` with all their tendons."""
         whole, engine = self._whole, self._engine
