@@ -29,6 +29,15 @@ def check_tendon_count(n: int, name: str = "n") -> int:
     return int(n)
 
 
+def check_count(name: str, value: int, least: int = 1, most: int | None = None) -> int:
+    """Return `value` if it is a whole number of at least `least`, and at most `most` if given."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or value < least or (most is not None and value > most):
+        allowed = f">= {least}" if most is None else f"from {least} to {most}"
+        raise ValueError(f"{name} must be a whole number {allowed}, got {value!r}")
+    return value
+
+
 def check_positive(name: str, value: float) -> float:
     """Return `value` as a float if it is a positive finite number."""
     number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)

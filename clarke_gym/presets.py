@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, replace
 from typing import Any
 
-from clarke_gym._checks import check_choice, check_tendon_count
+from clarke_gym._checks import check_choice, check_count, check_tendon_count
 from clarke_gym.clarke import joint_angles
 from clarke_gym.materials import MATERIALS
 from clarke_gym.robots import Robot, Segment
@@ -153,8 +153,7 @@ def make_robot(
         raise TypeError(f"robot must be a preset's name or a Robot, got {robot!r}")
     segments = robot.segments
     if n_segments is not None:
-        if isinstance(n_segments, bool) or not isinstance(n_segments, int) or n_segments < 1:
-            raise ValueError(f"n_segments must be a whole number >= 1, got {n_segments!r}")
+        check_count("n_segments", n_segments)
         if any(segment != segments[0] for segment in segments):
             raise ValueError(f"n_segments needs equal segments; those of {robot.name!r} differ")
         first = segments[0]

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym._checks import check_positive, check_tendon_count
+from clarke_gym._checks import check_count, check_positive, check_tendon_count
 from clarke_gym.clarke import joint_angles, layout_matrices
 from clarke_gym.materials import MATERIALS
 
@@ -107,8 +107,7 @@ class Segment:
             raise ValueError(f"joint_type must be one of {JOINT_TYPES}, got {self.joint_type!r}")
         if self.max_bending_rad >= 2.0 * math.pi:
             raise ValueError(f"max_bending_rad must be below 2 pi, got {self.max_bending_rad!r}")
-        if not isinstance(self.n_disks, int) or self.n_disks < 1:
-            raise ValueError(f"n_disks must be a whole number >= 1, got {self.n_disks!r}")
+        check_count("n_disks", self.n_disks)
         if self.n_disks * self.disk_thickness_m > self.length_m:
             raise ValueError(
                 f"disks overlap: n_disks={self.n_disks} of disk_thickness_m="

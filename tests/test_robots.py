@@ -64,6 +64,7 @@ def test_impossible_segments_are_refused(arguments, message):
     [
         ({"robot": "octopus"}, r"robot must be one of \['default'"),
         ({"n_segments": 0}, "n_segments must be a whole number >= 1, got 0"),
+        ({"n_segments": True}, "n_segments must be a whole number >= 1, got True"),
         ({"robot": "hardware", "n_segments": 2}, "needs equal segments"),
         ({"segment_length_m": -1.0}, "length_m"),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from clarke_gym._checks import check_choice, check_positive
+from clarke_gym._checks import check_choice, check_count, check_positive
 from clarke_gym.presets import make_robot
 from clarke_gym.robots import Robot
 
@@ -106,9 +106,7 @@ class EnvConfig:
                     )
         check_positive("control_dt", self.control_dt)
         for name in ("render_width", "render_height"):
-            size = getattr(self, name)
-            if isinstance(size, bool) or not isinstance(size, int) or not 16 <= size <= 4096:
-                raise ValueError(f"{name} must be a whole number from 16 to 4096, got {size!r}")
+            check_count(name, getattr(self, name), 16, 4096)
         for name in ("random_start", "goal_env"):
             if not isinstance(getattr(self, name), bool):
                 raise TypeError(f"{name} must be true or false, got {getattr(self, name)!r}")

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym._checks import check_choice
+from clarke_gym._checks import check_choice, check_count
 from clarke_gym.envs._shared import check_options, check_render_mode, goal_reward, render_rows
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
@@ -61,8 +61,8 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         render_mode: str | None = None,
     ) -> None:
         for name, value in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
-            if value is not None and (not isinstance(value, int) or value < 1):
-                raise ValueError(f"{name} must be a whole number >= 1, got {value!r}")
+            if value is not None:
+                check_count(name, value)
         check_choice("autoreset_mode", autoreset_mode, tuple(AUTORESET_MODES))
         self.autoreset_mode = AUTORESET_MODES[autoreset_mode]
         self.metadata = {

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray, components
-from clarke_gym._checks import check_choice, check_vector
+from clarke_gym._checks import check_choice, check_count, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState
@@ -110,11 +110,8 @@ class MujocoPhysics:
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
         self._drives = Drives(robot, control_dt, limited=True)
-        if threads is None:
-            threads = min(num_envs, os.cpu_count() or 1)
-        elif isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-            raise ValueError(f"threads must be a whole number >= 1, got {threads!r}")
-        self._threads = threads
+        most = min(num_envs, os.cpu_count() or 1)
+        self._threads = most if threads is None else check_count("threads", threads)
         self._options: dict[str, Any] = {
             "sim_dt_s": self._sim_dt,
             "routing": routing,
