@@ -76,20 +76,21 @@ class ActionCodec:
         ValueError
             If the action has another shape or is not finite.
         """
-        array: NDArray[Any] = np.asarray(action, dtype=np.float64)
+        array: NDArray[Any] = np.asarray(action)
         if array.shape != self._shape:
             self._refuse_shape(array)
         one = array.ndim == 1
+        if not (one and self._same and array.dtype == np.float32):  # what needs no conversion
+            array = array.astype(np.float64, copy=False)
         numbers: Any = array.tolist() if one else array
         check_finite(numbers)
-        if one and self._same:  # the most common case, with the least to do
-            return Reading(numbers)
+        if self._same:
+            return Reading(numbers if one else components(array, False))
         if not self._on_manifold:
             joint = self.representation.decode(array)
             return self._core.limits.read(joint.tolist() if one else joint)
         array = self.representation.linear(array)
-        if not self._same:
-            array = self._to_clarke.of_numbers(array) if one else self._to_clarke.of_rows(array)
+        array = self._to_clarke.of_numbers(array) if one else self._to_clarke.of_rows(array)
         return Reading(array.tolist() if one else components(array, False))
 
     def _refuse_shape(self, array: NDArray[Any]) -> NoReturn:
