@@ -194,3 +194,19 @@ def test_many_tendons_and_segments_fit_into_the_scene():
     rgb, _ = picture.draw(curve, 10, np.zeros(robot.n_joints), (0.0, 0.1, 0.3))
     assert near(rgb, rendering.GOAL) > 0
     picture.close()
+
+
+@pytest.mark.usefixtures("offscreen")
+@pytest.mark.parametrize("physics", PHYSICS)
+def test_the_window_shows_the_picture_above_the_representations(physics, monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    pygame = pytest.importorskip("pygame")
+    env = gym.make(ID, physics=physics, representation="clarke", render_mode="human")
+    plain = gym.make(ID, physics=physics, representation="clarke")
+    np.testing.assert_array_equal(env.reset(seed=3)[0], plain.reset(seed=3)[0])
+    action = np.array([1.0, -0.5], np.float32)
+    np.testing.assert_array_equal(env.step(action)[0], plain.step(action)[0])
+    shown = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert shown.shape == (480, 480, 3)
+    assert shown.std() > 10  # something is drawn
+    env.close()
