@@ -59,7 +59,7 @@ class ManifoldInterface:
         self.control_dt = core.config.control_dt
         self.step_m = (core.robot.tendon_speeds * core.config.control_dt)[:, None]
         self._absolute = core.config.control == "absolute"
-        self._scale = np.repeat(core.robot.max_clarke, core.robot.n_tendons)
+        self._scale = core.robot.joint_scale
         self._action = _representation_of(env, (RepresentationAction, VectorAction), core)
         self._observation = _representation_of(
             env, (RepresentationObservation, VectorObservation), core

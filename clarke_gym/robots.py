@@ -236,6 +236,11 @@ class Robot:
         return self.pitch_radii * np.cumsum(self.max_bending)
 
     @cached_property
+    def joint_scale(self) -> FloatArray:
+        """The same for each tendon [m], shape (N,): what joint-space numbers are scaled by."""
+        return np.repeat(self.max_clarke, self.n_tendons)
+
+    @cached_property
     def tendon_speeds(self) -> FloatArray:
         """Speed limit of each segment's tendons [m/s], shape (S,).
 

@@ -123,8 +123,7 @@ class ObservationCodec:
         # Displacements can pass the commands' limits for a moment.
         self._clips = core.physics.displacement_bound > 1.0
         self._least_bound = float(self._high.min())
-        scale = np.repeat(robot.max_clarke, robot.n_tendons)
-        onto = encoder @ (robot.decoder / scale[:, None])
+        onto = encoder @ (robot.decoder / robot.joint_scale[:, None])
         self._tail = core.task_size()
         matrix = block_diagonal([onto.T] * blocks + [np.eye(self._tail)])
         self._assemble = LinearMap(matrix.astype(np.float32), columns=True)
@@ -132,7 +131,7 @@ class ObservationCodec:
         self._sees_off = bool(np.abs(residual).max() > _TINY)
         raw = np.array_equal(encoder, np.eye(len(encoder)))
         self._off_map = None if raw else encoder.T.copy()
-        self._off_scale = (1.0 / scale).astype(np.float32)
+        self._off_scale = (1.0 / robot.joint_scale).astype(np.float32)
         self._off_scales = self._off_scale.tolist() * blocks
         # Axes along those of the Clarke coordinates need no product at all.
         self._scales: list[float] | None = None

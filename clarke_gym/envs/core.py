@@ -95,7 +95,6 @@ class EnvCore:
         self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)
-        self._off_manifold_scale = 1.0 / np.repeat(robot.max_clarke, robot.n_tendons)
         self.observer = ObservationCodec(self, "raw")
 
     # --- spaces -------------------------------------------------------------------------------
@@ -103,7 +102,7 @@ class EnvCore:
     def joint_bounds(self) -> tuple[float, FloatArray]:
         """Return the bounds of the scaled joint blocks: on the manifold, and off it per tendon."""
         factor = BOUND_MARGIN * self.physics.displacement_bound
-        return factor, factor * self.robot.max_cocontraction_m * self._off_manifold_scale
+        return factor, factor * self.robot.max_cocontraction_m / self.robot.joint_scale
 
     def task_size(self) -> int:
         """Return how many numbers follow the joint blocks of an observation."""
@@ -222,7 +221,7 @@ class EnvCore:
             full = [FULL_LOAD * s.pretension_n or UNTENSIONED_LOAD_N for s in self.robot.segments]
             return tension / np.repeat(full, self.robot.n_tendons)
         pulled = self.physics.state.displacement.joint(self.robot)
-        return 0.5 + 0.5 * pulled * self._off_manifold_scale
+        return 0.5 + 0.5 * pulled / self.robot.joint_scale
 
     # --- checkpoints --------------------------------------------------------------------------
 
