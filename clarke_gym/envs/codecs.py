@@ -54,6 +54,7 @@ class ActionCodec:
             square and np.abs(onto - np.eye(len(onto))).max() < _TINY and not representation.polar
         )
         self._to_clarke = LinearMap(onto.T.copy())
+        self._raw = name == "raw"
         self._shape = core.single_or_batch(representation.size)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
@@ -80,9 +81,12 @@ class ActionCodec:
         if array.shape != self._shape:
             self._refuse_shape(array)
         one = array.ndim == 1
-        if not (one and self._same and array.dtype == np.float32):  # what needs no conversion
+        plain = self._same or self._raw
+        if not (one and plain and array.dtype == np.float32):  # what needs no conversion
             array = array.astype(np.float64, copy=False)
         numbers: Any = array.tolist() if one else array
+        if self._raw:
+            return self._core.limits.read(numbers)
         check_finite(numbers)
         if self._same:
             return Reading(numbers if one else components(array, False))
@@ -95,8 +99,8 @@ class ActionCodec:
 
     def _refuse_shape(self, array: NDArray[Any]) -> NoReturn:
         raise ValueError(
-            f"action must have the shape {self._shape} for the representation "
-            f"{self.representation.name!r}, got {array.shape}"
+            f"action must have the shape {self._shape}, got {array.shape}, in the representation "
+            f"{self.representation.name!r}"
         )
 
 

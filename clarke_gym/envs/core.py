@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, from_components
-from clarke_gym.envs.codecs import ObservationCodec
+from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.limits import CommandLimits, Reading, largest_magnitude
 from clarke_gym.envs.uniforms import UniformStreams
@@ -95,7 +95,7 @@ class EnvCore:
         self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)
-        self.observer = ObservationCodec(self, "raw")
+        self.reader, self.observer = ActionCodec(self, "raw"), ObservationCodec(self, "raw")
 
     # --- spaces -------------------------------------------------------------------------------
 
@@ -128,10 +128,6 @@ class EnvCore:
     def single_or_batch(self, size: int) -> tuple[int, ...]:
         """Return the shape of arrays with `size` numbers for each environment."""
         return (size,) if self._scalar else (self.num_envs, size)
-
-    def action_space(self) -> spaces.Box:
-        """Return the joint-space action space of one environment: [-1, 1] for every tendon."""
-        return spaces.Box(-1.0, 1.0, (self.robot.n_joints,), np.float32)
 
     # --- episodes -----------------------------------------------------------------------------
 

@@ -40,8 +40,7 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self.metadata = {**self.metadata, "render_fps": config.render_fps}
         check_render_mode(render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
-        self._action_shape = (self.core.robot.n_joints,)
-        self.action_space = self.core.action_space()  # type: ignore[assignment]
+        self.action_space = self.core.reader.space
         self.observation_space = self.core.observation_space()
 
     def reset(
@@ -89,17 +88,9 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
             If the action has another shape or is not finite.
         """
         core = self.core
-        core.step(action if type(action) is Reading else self._read(action))
+        core.step(action if isinstance(action, Reading) else core.reader.read(action))
         reward, info = core.reward()
         return core.observe(), reward, info["diverged"], False, info
-
-    def _read(self, action: Any) -> Reading:
-        joint = np.asarray(action)
-        if joint.dtype != np.float32:  # the policy's own; its numbers need no conversion
-            joint = np.asarray(action, dtype=np.float64)
-        if joint.shape != self._action_shape:
-            raise ValueError(f"action must have the shape {self._action_shape}, got {joint.shape}")
-        return self.core.limits.read(joint.tolist())
 
     def render(self) -> Any:
         """Return the picture (height, width, 3) uint8, or the depth (height, width) float32 [m].

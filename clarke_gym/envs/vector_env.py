@@ -75,7 +75,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.num_envs = num_envs
         self.max_episode_steps = max_episode_steps
         self.core = EnvCore(config, num_envs)
-        self.single_action_space = self.core.action_space()
+        self.single_action_space = self.core.reader.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.single_observation_space = self.core.observation_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -134,7 +134,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         RuntimeError
             If an episode has ended and autoreset is disabled.
         """
-        reading = actions if isinstance(actions, Reading) else self._read(actions)
+        reading = actions if isinstance(actions, Reading) else self.core.reader.read(actions)
         ended = self._done
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
             raise RuntimeError(
@@ -167,14 +167,6 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             infos.update(self._masked(self.core.reward()[1], None))
             observation = self.core.observe()
         return observation, reward, terminated, truncated, infos
-
-    def _read(self, actions: ArrayLike) -> Reading:
-        joint = np.asarray(actions, dtype=np.float64)
-        if joint.shape != self.action_space.shape:
-            raise ValueError(
-                f"actions must have the shape {self.action_space.shape}, got {joint.shape}"
-            )
-        return self.core.limits.read(joint)
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one picture an environment, as Gymnasium's recorders tile them."""
