@@ -256,8 +256,10 @@ class MujocoPhysics:
         else:
             rows = None if active is None else np.flatnonzero(active)
             failed = engine.run(rows, *self._targets(start, end), self._substeps)
-        # A small sum of squares spares the look at every joint; nan fails all comparisons.
+        # For one robot the sum of squares is mostly enough, for many one look at all joints while
+        # nothing is wrong; nan fails all comparisons.
         small = np.vdot(engine.qpos, engine.qpos) <= MAX_JOINT_ANGLE_RAD**2
+        small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
         if active is not None or failed is not None or not small:
             straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
             failed = np.logical_not(straight) if failed is None else failed | ~straight
