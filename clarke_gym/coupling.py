@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from clarke_gym._arrays import Array, namespace, parameters
+from clarke_gym._arrays import Array, Number, namespace, parameters
 from clarke_gym._checks import check_pairs
-from clarke_gym.quaternions import Components, split
+from clarke_gym.quaternions import split
 
 
 def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
@@ -36,35 +36,35 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     """
     clarke = check_pairs(clarke, pitch_radii, "clarke")
     xp, radii = namespace(clarke), parameters(pitch_radii, clarke)
-    pairs = [split(clarke[..., k, :]) for k in range(clarke.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in decoupled(pairs, radii)], -2)
+    parts = [part for k in range(clarke.shape[-2]) for part in split(clarke[..., k, :])]
+    return xp.stack(decoupled(parts, radii), -1).reshape(clarke.shape)
 
 
-def decoupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
+def decoupled(parts: Sequence[Number], pitch_radii: Array) -> list[Number]:
     """Do what `clarke_to_bending` does, by components.
 
     Parameters
     ----------
-    pairs : sequence of S pairs
-        Components (x, y) of the Clarke coordinates of each segment's tendons [m]: floats or arrays.
+    parts : sequence of 2S numbers
+        Components x, y of the Clarke coordinates of each segment's tendons [m]: floats or arrays.
     pitch_radii : sequence of S
         Nominal pitch radii d_j [m].
 
     Returns
     -------
-    list of S pairs
+    list of 2S numbers
         Components of the bending vectors [rad].
 
     Examples
     --------
-    >>> decoupled([(0.5, 0.0), (1.5, 0.0)], [0.5, 0.5])
-    [(1.0, 0.0), (2.0, 0.0)]
+    >>> decoupled([0.5, 0.0, 1.5, 0.0], [0.5, 0.5])
+    [1.0, 0.0, 2.0, 0.0]
     """
-    bends = []
-    a, b = 0.0, 0.0
-    for k, (x, y) in enumerate(pairs):
-        x, y = x / pitch_radii[k], y / pitch_radii[k]
-        bends.append((x - a, y - b) if k else (x, y))
+    a, b = parts[0] / pitch_radii[0], parts[1] / pitch_radii[0]
+    bends = [a, b]
+    for k in range(1, len(pitch_radii)):
+        x, y = parts[2 * k] / pitch_radii[k], parts[2 * k + 1] / pitch_radii[k]
+        bends += x - a, y - b
         a, b = x, y
     return bends
 
@@ -92,33 +92,33 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
     """
     bending = check_pairs(bending, pitch_radii, "bending")
     xp, radii = namespace(bending), parameters(pitch_radii, bending)
-    pairs = [split(bending[..., k, :]) for k in range(bending.shape[-2])]
-    return xp.stack([xp.stack(pair, -1) for pair in coupled(pairs, radii)], -2)
+    parts = [part for k in range(bending.shape[-2]) for part in split(bending[..., k, :])]
+    return xp.stack(coupled(parts, radii), -1).reshape(bending.shape)
 
 
-def coupled(pairs: Sequence[Components], pitch_radii: Array) -> list[Components]:
+def coupled(parts: Sequence[Number], pitch_radii: Array) -> list[Number]:
     """Do what `bending_to_clarke` does, by components.
 
     Parameters
     ----------
-    pairs : sequence of S pairs
-        Components (x, y) of the bending vectors of the segments [rad]: floats or arrays.
+    parts : sequence of 2S numbers
+        Components x, y of the bending vectors of the segments [rad]: floats or arrays.
     pitch_radii : sequence of S
         Nominal pitch radii d_j [m].
 
     Returns
     -------
-    list of S pairs
+    list of 2S numbers
         Components of the Clarke coordinates of their tendons [m].
 
     Examples
     --------
-    >>> coupled([(1.0, 0.0), (2.0, 0.0)], [0.5, 0.5])
-    [(0.5, 0.0), (1.5, 0.0)]
+    >>> coupled([1.0, 0.0, 2.0, 0.0], [0.5, 0.5])
+    [0.5, 0.0, 1.5, 0.0]
     """
-    result = []
-    a, b = 0.0, 0.0
-    for k, (x, y) in enumerate(pairs):
-        a, b = (a + x, b + y) if k else (x, y)
-        result.append((a * pitch_radii[k], b * pitch_radii[k]))
+    a, b = parts[0], parts[1]
+    result = [a * pitch_radii[0], b * pitch_radii[0]]
+    for k in range(1, len(pitch_radii)):
+        a, b = a + parts[2 * k], b + parts[2 * k + 1]
+        result += a * pitch_radii[k], b * pitch_radii[k]
     return result

@@ -131,18 +131,18 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     """
     bending = check_pairs(bending, lengths, "bending")
     xp, lengths = namespace(bending), parameters(lengths, bending)
-    pairs = [split(bending[..., k, :]) for k in range(len(lengths))]
-    poses = chain_poses(pairs, lengths)
+    parts = [part for k in range(len(lengths)) for part in split(bending[..., k, :])]
+    poses = chain_poses(parts, lengths)
     return [xp.stack(p, -1) for p, _ in poses], [xp.stack(q, -1) for _, q in poses]
 
 
-def chain_poses(pairs: Sequence[Components], lengths: Array) -> list[tuple[Components, Components]]:
+def chain_poses(parts: Sequence[Number], lengths: Array) -> list[tuple[Components, Components]]:
     """Return the poses of all segments' ends, by components.
 
     Parameters
     ----------
-    pairs : sequence of S pairs
-        Components (x, y) of each segment's bending vector [rad].
+    parts : sequence of 2S numbers
+        Components x, y of each segment's bending vector [rad].
     lengths : sequence of S
         Segment lengths [m].
 
@@ -153,13 +153,13 @@ def chain_poses(pairs: Sequence[Components], lengths: Array) -> list[tuple[Compo
 
     Examples
     --------
-    >>> chain_poses([(0.0, 0.0), (0.0, 0.0)], [0.25, 0.5])[1][0]
+    >>> chain_poses([0.0, 0.0, 0.0, 0.0], [0.25, 0.5])[1][0]
     (0.0, 0.0, 0.75)
     """
-    poses = [arc_pose(pairs[0][0], pairs[0][1], lengths[0])]
+    poses = [arc_pose(parts[0], parts[1], lengths[0])]
     for k in range(1, len(lengths)):
         position, quaternion = poses[-1]
-        step, turn = arc_pose(pairs[k][0], pairs[k][1], lengths[k])
+        step, turn = arc_pose(parts[2 * k], parts[2 * k + 1], lengths[k])
         moved = turned(quaternion, step)
         position = tuple(a + b for a, b in zip(position, moved, strict=True))
         poses.append((position, product(quaternion, turn)))

@@ -179,7 +179,7 @@ class ObservationCodec:
         task : list
             The components of the task's part.
         """
-        parts = [*command.flat(), *displacement.flat()]
+        parts = [*command.parts, *displacement.parts]
         offs = command.off_manifold, displacement.off_manifold
         if not self._sees_off:
             offs = None, None

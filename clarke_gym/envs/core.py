@@ -135,7 +135,7 @@ class EnvCore:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         uniforms = self.streams.draw(rows)
         bending, sampled = self.task.sample(uniforms)
-        bends = JointVector.from_clarke(bending, scalar=len(rows) == 1).pairs
+        bends = JointVector.from_clarke(bending, scalar=len(rows) == 1).parts
         clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
         self.physics.reset(rows, clarke)
         self._command = self._command.with_rows(rows, clarke)

@@ -206,18 +206,21 @@ class CommandLimits:
         JointVector
             The new command, inside every limit.
         """
-        pairs, flat = [], action.flat
-        for k, (x, y) in enumerate(command.pairs):
-            scale, step = self._scales[k], self._steps[k]
+        held, flat = command.parts, action.flat
+        parts: list[Number] = []
+        for k, step in enumerate(self._steps):
+            x, y, scale = held[2 * k], held[2 * k + 1], self._scales[k]
             u, v = flat[2 * k] * scale, flat[2 * k + 1] * scale
             if self._absolute:
                 u, v = u - x, v - y
-            u, v = shortened((u, v), step)
-            pairs.append((x + u, y + v))
-        decoupled = kinematics.decoupled(pairs, self._radii)
-        bends = list(map(shortened, decoupled, self._max_bending))
+            u, v = shortened(u, v, step)
+            parts += x + u, y + v
+        bends = kinematics.decoupled(parts, self._radii)
+        parts = []
+        for k, most in enumerate(self._max_bending):
+            parts += shortened(bends[2 * k], bends[2 * k + 1], most)
         off = self._off_manifold(action, command.off_manifold)
-        return JointVector(kinematics.coupled(bends, self._radii), off)
+        return JointVector(kinematics.coupled(parts, self._radii), off)
 
     def _off_manifold(self, action: Reading, held: Joints | None) -> Joints | None:
         """Return the off-manifold command."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -14,8 +13,6 @@ from numpy.typing import NDArray
 from clarke_gym._arrays import FloatArray, Number, components, from_components
 from clarke_gym._linear_map import map_rows
 from clarke_gym.robots import Robot
-
-Pair = tuple[Number, Number]
 
 Joints: TypeAlias = FloatArray | list[float]
 """Numbers of all tendons: an array (B, N), or N floats in the scalar environment."""
@@ -27,14 +24,14 @@ class JointVector:
 
     Parameters
     ----------
-    pairs : sequence of S pairs
-        Clarke coordinates (Re, Im) of each segment's tendons [m], the part on the manifold: floats
-        in the scalar environment, arrays of shape (B,) in a batch.
+    parts : sequence of 2S numbers
+        Clarke coordinates of the segments' tendons [m], the part on the manifold, in the order of
+        the robot's encoder: floats in the scalar environment, arrays of shape (B,) in a batch.
     off_manifold : ndarray of shape (B, N), list of N floats in the scalar environment, or None
         The rest, (I - P) rho [m]; None where no row has any.
     """
 
-    pairs: Sequence[Pair]
+    parts: Sequence[Number]
     off_manifold: Joints | None = None
 
     @classmethod
@@ -42,52 +39,40 @@ class JointVector:
         cls, clarke: FloatArray, off_manifold: Joints | None = None, scalar: bool = False
     ) -> JointVector:
         """Make a vector from Clarke coordinates of shape (B, S, 2)."""
-        return cls.from_flat(components(clarke.reshape(len(clarke), -1), scalar), off_manifold)
-
-    @classmethod
-    def from_flat(cls, parts: Sequence[Number], off_manifold: Joints | None = None) -> JointVector:
-        """Make a vector from 2S components in the order of the robot's encoder."""
-        return cls(list(zip(parts[0::2], parts[1::2], strict=True)), off_manifold)
-
-    def flat(self) -> list[Number]:
-        """Return the 2S components in the order of the robot's encoder."""
-        return list(chain.from_iterable(self.pairs))
+        return cls(components(clarke.reshape(len(clarke), -1), scalar), off_manifold)
 
     @property
     def clarke(self) -> FloatArray:
         """Clarke coordinates [m], shape (B, S, 2)."""
-        array = from_components(self.flat())
+        array = from_components(self.parts)
         return array.reshape(len(array), -1, 2)
 
     def joint(self, robot: Robot) -> FloatArray:
         """Return the displacements rho [m], shape (B, N)."""
-        rho = map_rows(from_components(self.flat()), robot.decoder.T)
+        rho = map_rows(from_components(self.parts), robot.decoder.T)
         return rho if self.off_manifold is None else rho + self.off_manifold
 
     def rows(self, pick: NDArray[np.intp]) -> JointVector:
         """Return some robots' part of a batch; of the scalar environment, the whole."""
-        if isinstance(self.pairs[0][0], float):
+        if isinstance(self.parts[0], float):
             return self
         off: Any = self.off_manifold
-        return JointVector(
-            [(x[pick], y[pick]) for x, y in self.pairs], None if off is None else off[pick]
-        )
+        return JointVector([part[pick] for part in self.parts], None if off is None else off[pick])
 
     def with_rows(self, rows: NDArray[np.intp], clarke: FloatArray) -> JointVector:
         """Return a copy with some robots on the manifold at `clarke` (rows, S, 2)."""
-        if isinstance(self.pairs[0][0], float):
+        if isinstance(self.parts[0], float):
             return JointVector.from_clarke(clarke, scalar=True) if len(rows) else self
-        pairs = []
-        for s, pair in enumerate(self.pairs):
-            columns = [column.copy() for column in pair]
-            for axis, column in enumerate(columns):
-                column[rows] = clarke[:, s, axis]
-            pairs.append((columns[0], columns[1]))
+        parts = [part.copy() for part in self.parts]
+        for part, column in zip(
+            parts, components(clarke.reshape(len(rows), -1), False), strict=True
+        ):
+            part[rows] = column
         off: Any = self.off_manifold
         if off is not None:
             off = off.copy()
             off[rows] = 0.0
-        return JointVector(pairs, off)
+        return JointVector(parts, off)
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy as arrays and lists."""
@@ -101,13 +86,13 @@ class JointVector:
         return cls.from_clarke(state["clarke"], None if off is None else off.copy(), scalar)
 
 
-def shortened(pair: Pair, limit: float) -> Pair:
+def shortened(x: Number, y: Number, limit: float) -> tuple[Number, Number]:
     """Return a vector shortened to at most a limit, its direction kept.
 
     Parameters
     ----------
-    pair : tuple of 2
-        Components: floats or arrays.
+    x, y : float or array
+        Components.
     limit : float
 
     Returns
@@ -116,14 +101,13 @@ def shortened(pair: Pair, limit: float) -> Pair:
 
     Examples
     --------
-    >>> shortened((3.0, 4.0), 10.0), shortened((3.0, 4.0), 2.5)
+    >>> shortened(3.0, 4.0, 10.0), shortened(3.0, 4.0, 2.5)
     ((3.0, 4.0), (1.5, 2.0))
     """
-    x, y = pair
     if isinstance(x, float):
         length = math.sqrt(x * x + y * y)
         if length <= limit:
-            return pair
+            return x, y
         scale: Number = limit / length
     else:
         scale = limit / np.maximum(np.sqrt(x * x + y * y), limit)

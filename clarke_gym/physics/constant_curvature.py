@@ -60,8 +60,8 @@ class ConstantCurvature:
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
-            pairs = kinematics.decoupled(self._displacement.pairs, self._radii)
-            position, quaternion = kinematics.chain_poses(pairs, self._lengths)[-1]
+            bends = kinematics.decoupled(self._displacement.parts, self._radii)
+            position, quaternion = kinematics.chain_poses(bends, self._lengths)[-1]
             self._state = RobotState(self._displacement, position, quaternion, self._never)
         return self._state
 

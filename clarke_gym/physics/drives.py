@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym._arrays import FloatArray, Number
 from clarke_gym.physics.base import Joints, JointVector, shortened
 from clarke_gym.robots import Robot
 
@@ -29,9 +29,9 @@ class Drives:
     Examples
     --------
     >>> drives = Drives(Robot(), 0.05)
-    >>> held, command = (JointVector.from_flat([x, 0.0]) for x in (0.0, 1.0))
-    >>> [[round(x, 6) for x in pair] for pair in drives.approach(held, command).pairs]
-    [[0.632121, 0.0]]
+    >>> held, command = (JointVector([x, 0.0]) for x in (0.0, 1.0))
+    >>> [round(part, 6) for part in drives.approach(held, command).parts]
+    [0.632121, 0.0]
     """
 
     def __init__(self, robot: Robot, control_dt: float, limited: bool = False) -> None:
@@ -55,15 +55,17 @@ class Drives:
         -------
         JointVector
         """
-        gain, pairs = self._gain, []
-        for (x, y), (u, v), reach in zip(held.pairs, command.pairs, self._reach, strict=True):
-            u, v = gain * (u - x), gain * (v - y)
+        gain, starts, ends = self._gain, held.parts, command.parts
+        parts: list[Number] = []
+        for k, reach in enumerate(self._reach):
+            x, y = starts[2 * k], starts[2 * k + 1]
+            u, v = gain * (ends[2 * k] - x), gain * (ends[2 * k + 1] - y)
             if reach != math.inf:
-                u, v = shortened((u, v), reach)
-            pairs.append((x + u, y + v))
+                u, v = shortened(u, v, reach)
+            parts += x + u, y + v
         if held.off_manifold is None and command.off_manifold is None:
-            return JointVector(pairs)
-        return JointVector(pairs, _approached(held.off_manifold, command.off_manifold, gain))
+            return JointVector(parts)
+        return JointVector(parts, _approached(held.off_manifold, command.off_manifold, gain))
 
 
 def _approached(held: Any, target: Any, gain: float) -> Joints:

@@ -168,15 +168,15 @@ class MujocoPhysics:
             clarke = map_rows(rows, robot.encoder.T)
             off = rows - map_rows(clarke, robot.decoder.T)
             parts = components(clarke, self._scalar)
-            return JointVector.from_flat(parts, off[0].tolist() if self._scalar else off)
+            return JointVector(parts, off[0].tolist() if self._scalar else off)
         if self._axes_folded:  # the virtual tendons shorten by just these numbers
             lengths = self._engine.tendon_lengths()
             if self._scalar:
-                return JointVector.from_flat([-length for length in lengths])
-            return JointVector.from_flat(components(-lengths, False))
+                return JointVector([-length for length in lengths])
+            return JointVector(components(-lengths, False))
         if self._scalar:
-            return JointVector.from_flat(self._to_clarke.of_numbers(self._engine.qpos[0]).tolist())
-        return JointVector.from_flat(components(self._to_clarke.of_rows(self._engine.qpos), False))
+            return JointVector(self._to_clarke.of_numbers(self._engine.qpos[0]).tolist())
+        return JointVector(components(self._to_clarke.of_rows(self._engine.qpos), False))
 
     @property
     def chain(self) -> Chain:

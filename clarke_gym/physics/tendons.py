@@ -146,7 +146,7 @@ class TendonSprings:
 
     def folded_lengths(self, command: JointVector) -> Any:
         """Return the commanded lengths of the virtual tendons [m], shape (B, 2S), or 2S floats."""
-        parts = command.flat()
+        parts = command.parts
         if isinstance(parts[0], float):
             if self.aligned:  # the product below, to the bit
                 return list(map(sub, self._folded_preloads, parts))

@@ -75,7 +75,7 @@ class Reach:
         pairs = uniforms.reshape(len(uniforms), 2, self.robot.n_segments, 2)
         bending = kinematics.sample_dome(pairs, self.robot.max_bending)
         start = bending[:, 0]
-        ends = JointVector.from_clarke(bending[:, 1], scalar=len(bending) == 1).pairs
+        ends = JointVector.from_clarke(bending[:, 1], scalar=len(bending) == 1).parts
         goal = kinematics.chain_poses(ends, self._lengths)[-1][0]
         return start if self._random_start else np.zeros_like(start), from_components(goal)
 
