@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from clarke_gym._arrays import FloatArray, Number, components
 from clarke_gym.physics.links import Chain
 
+_step, _step1, _step2 = mujoco.mj_step, mujoco.mj_step1, mujoco.mj_step2
 _POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 _VELOCITIES = int(mujoco.mjtStage.mjSTAGE_VEL)
 _BAD_STATE = [
@@ -49,7 +50,7 @@ class Engine(ABC):
     """
 
     qpos: FloatArray
-    """Joint coordinates [rad], shape (B, nq), to read and to write."""
+    """Joint coordinates [rad], shape (B, nq), to read; `place` writes them."""
 
     qvel: FloatArray
     """Their rates [rad/s], shape (B, nv)."""
@@ -80,6 +81,19 @@ class Engine(ABC):
         recorders = self.chain.model.nsensor
         rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
         self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
+
+    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+        """Put the simulations `rows` somewhere.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+        qpos : ndarray, shape (R, nq)
+            Joint coordinates [rad].
+        qvel : ndarray, shape (R, nv), or float
+            Their rates [rad/s].
+        """
+        self.qpos[rows], self.qvel[rows] = qpos, qvel
 
     def _set_actuators(self, start: Any, control: Any) -> None:
         if self._activation is not None:
@@ -208,6 +222,9 @@ class BatchEngine(Engine):
 class SingleEngine(Engine):
     """One simulation, with less overhead than a batch of one.
 
+    A control step ends with the first half of the next time step, positions and velocities, so the
+    fresh kinematics that states are read from cost nothing beside the time steps themselves.
+
     Parameters
     ----------
     chain : Chain
@@ -224,6 +241,19 @@ class SingleEngine(Engine):
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
         self._keep_history(data.history[None])
         self._acted_later = self.acted[0, :, 1:]
+        self._ready = False
+
+    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+        """Put the simulation somewhere; see `Engine.place`."""
+        super().place(rows, qpos, qvel)
+        self._ready = False
+
+    def _make_ready(self) -> None:
+        """Do the first half of a time step, unless nothing has changed since it was done."""
+        if not self._ready:
+            with self._quiet:
+                _step1(self._model, self._data)
+            self._ready = True
 
     def run(
         self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
@@ -231,13 +261,18 @@ class SingleEngine(Engine):
         """Advance the simulation, whichever `rows` says; see `Engine.run`."""
         del rows
         self._set_actuators(start, control)
+        self._make_ready()
+        model, data = self._model, self._data
         with self._quiet:
-            mujoco.mj_step(self._model, self._data, steps)
+            _step2(model, data)
+            if steps > 1:
+                _step(model, data, steps - 1)
+            _step1(model, data)
         return self._failed()
 
     def tendon_lengths(self) -> list[float]:
-        """Return the lengths of tendons, always the current ones; see `Engine.tendon_lengths`."""
-        mujoco.mj_tendon(self._model, self._data)
+        """Return the lengths of tendons; see `Engine.tendon_lengths`."""
+        self._make_ready()
         return self._lengths.tolist()
 
     def lengths_after(self) -> list[list[float]]:
@@ -249,11 +284,10 @@ class SingleEngine(Engine):
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tip's position [m] and orientation (w, x, y, z)."""
-        mujoco.mj_kinematics(self._model, self._data)
+        self._make_ready()
         return self._tip_position.tolist(), self._tip_quaternion.tolist()
 
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
-        mujoco.mj_fwdPosition(self._model, self._data)
-        if stage == _VELOCITIES:
-            mujoco.mj_fwdVelocity(self._model, self._data)
+        del stage  # both are done together
+        self._make_ready()
         return [getattr(self._data, field)[None] for field in fields]

@@ -216,9 +216,9 @@ class FoldedSteps:
     ) -> NDArray[np.bool_] | None:
         """Run the control step of the robots `rows` with all their tendons."""
         whole, engine = self._whole, self._engine
-        whole.qpos[rows], whole.qvel[rows] = before[0][rows], before[1][rows]
+        whole.place(rows, before[0][rows], before[1][rows])
         targets = self._springs.lengths(drives[0]), self._springs.lengths(drives[1])
         rates = ramp_rates(*targets, self._duration)
         given_up = whole.run(rows, targets[0], rates, self._steps)
-        engine.qpos[rows], engine.qvel[rows] = whole.qpos[rows], whole.qvel[rows]
+        engine.place(rows, whole.qpos[rows], whole.qvel[rows])
         return given_up

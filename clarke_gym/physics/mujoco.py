@@ -230,8 +230,7 @@ class MujocoPhysics:
         self._diverged = self._diverged.copy()
         self._diverged[rows] = False
         bending = self._springs.equilibrium(clarke)
-        self._engine.qpos[rows] = map_rows(bending, self.chain.shape.T)
-        self._engine.qvel[rows] = 0.0
+        self._engine.place(rows, map_rows(bending, self.chain.shape.T), 0.0)
         self._state = None
 
     def step(self, command: JointVector) -> None:
@@ -275,8 +274,7 @@ class MujocoPhysics:
         still = np.flatnonzero(self._diverged)
         if not still.size:
             return end
-        self._engine.qpos[still] = before[0][still]
-        self._engine.qvel[still] = 0.0
+        self._engine.place(still, before[0][still], 0.0)
         return end.with_rows(still, start.clarke[still])
 
     def _targets(
@@ -312,8 +310,7 @@ class MujocoPhysics:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        self._engine.qpos[:] = state["qpos"]
-        self._engine.qvel[:] = state["qvel"]
+        self._engine.place(np.arange(self.num_envs), state["qpos"], state["qvel"])
         self._drive = JointVector.from_state(state["drive"], self._scalar)
         self._diverged = state["diverged"].copy()
         self._state = None
