@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 JOINT_BLOCKS = ("command", "displacement")
 """Joint-space parts that lead every observation, N numbers each."""
 
+_SINGLE = np.dtype(np.float32)
+
 _TINY = 1e-12
 """Entries of products of matrices below this are rounding."""
 
@@ -55,6 +57,7 @@ class ActionCodec:
         )
         self._to_clarke = LinearMap(onto.T.copy())
         self._raw = name == "raw"
+        self._plain = self._raw or self._same
         self._shape = core.single_or_batch(representation.size)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
@@ -81,8 +84,7 @@ class ActionCodec:
         if array.shape != self._shape:
             self._refuse_shape(array)
         one = array.ndim == 1
-        plain = self._same or self._raw
-        if not (one and plain and array.dtype == np.float32):  # what needs no conversion
+        if not (one and self._plain and array.dtype is _SINGLE):  # what needs no conversion
             array = array.astype(np.float64, copy=False)
         numbers: Any = array.tolist() if one else array
         if self._raw:
@@ -157,13 +159,13 @@ class ObservationCodec:
             return spaces.Dict({**like.spaces, "observation": box})
         return box
 
-    def during(self, call: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    def during(self, call: Callable[..., Any], *args: Any) -> Any:
         """Return what a call returns, with this codec in the place of the core's own."""
         core = self._core
         before = core.observer
         core.observer = self
         try:
-            return call(*args, **kwargs)
+            return call(*args)
         finally:
             core.observer = before
 
@@ -179,10 +181,10 @@ class ObservationCodec:
         task : list
             The components of the task's part.
         """
-        parts = [*command.parts, *displacement.parts]
-        offs = command.off_manifold, displacement.off_manifold
-        if not self._sees_off:
-            offs = None, None
+        parts = command.parts + displacement.parts
+        offs: Sequence[Any] = (None, None)
+        if self._sees_off:
+            offs = command.off_manifold, displacement.off_manifold
         if isinstance(task[0], float):
             return self._row(parts, task, offs)
         rows: NDArray[np.float32]

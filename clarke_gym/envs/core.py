@@ -174,10 +174,9 @@ class EnvCore:
     def observe(self) -> Any:
         """Return the observation of the state that `reward` was asked for, as new arrays."""
         achieved, desired = self._achieved, self._desired_parts
-        task = [*achieved]
+        task = achieved
         if not self._goal_env:
-            task += desired
-            task += map(sub, desired, achieved)
+            task = [*achieved, *desired, *map(sub, desired, achieved)]
         observation = self.observer.write(self._command, self._state.displacement, task)
         if not self._goal_env:
             return observation

@@ -24,14 +24,14 @@ class JointVector:
 
     Parameters
     ----------
-    parts : sequence of 2S numbers
+    parts : list of 2S numbers
         Clarke coordinates of the segments' tendons [m], the part on the manifold, in the order of
         the robot's encoder: floats in the scalar environment, arrays of shape (B,) in a batch.
     off_manifold : ndarray of shape (B, N), list of N floats in the scalar environment, or None
         The rest, (I - P) rho [m]; None where no row has any.
     """
 
-    parts: Sequence[Number]
+    parts: list[Number]
     off_manifold: Joints | None = None
 
     @classmethod

@@ -77,8 +77,7 @@ class FoldedSteps:
         steps: int,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
-        self._time_step = engine.chain.model.opt.timestep
-        self._duration = steps * self._time_step
+        self._duration = steps * engine.chain.model.opt.timestep
         self._make_whole = make_whole
         self._watch_slack = bool(springs.pulls_only.any())
         self._to_folded = LinearMap(to_clarke @ springs.fold)
@@ -135,10 +134,12 @@ class FoldedSteps:
         if start.off_manifold is not None and self._starts_loose(start, first)[0]:
             return self._run_whole(_ROW, drives, before)
         given_up = engine.run(None, first, rates, self._steps)
-        if start.off_manifold is None and end.off_manifold is None:
-            steps = [rate * self._time_step for rate in rates]
-            if self._springs.surely_taut(first, steps, engine.lengths_after()):
-                return given_up
+        if (
+            start.off_manifold is None
+            and end.off_manifold is None
+            and self._springs.surely_taut(first, last, engine.lengths_after())
+        ):
+            return given_up
         ends = np.array([first]), np.array([last])
         if self._went_slack(drives, ends, engine.acted, self._actual_lengths())[0]:
             return self._run_whole(_ROW, drives, before)

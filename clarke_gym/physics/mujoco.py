@@ -135,9 +135,13 @@ class MujocoPhysics:
             )
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
-        self._diverged = np.zeros(num_envs, dtype=bool)
+        self._angles = self._engine.qpos.reshape(-1)  # a view
+        self._set_diverged(np.zeros(num_envs, dtype=bool))
         self._state: RobotState | None = None
         self.reset(np.arange(num_envs), start)
+
+    def _set_diverged(self, diverged: NDArray[np.bool_]) -> None:
+        self._diverged, self._stopped = diverged, int(diverged.sum())
 
     def _make_engine(self, folded: bool | None = None) -> Engine:
         """Return the robots' simulation, with their tendons folded or not."""
@@ -227,8 +231,9 @@ class MujocoPhysics:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
         driven = np.zeros_like(clarke) if self._tension_driven else clarke
         self._drive = self._drive.with_rows(rows, driven)
-        self._diverged = self._diverged.copy()
-        self._diverged[rows] = False
+        diverged = self._diverged.copy()
+        diverged[rows] = False
+        self._set_diverged(diverged)
         bending = self._springs.equilibrium(clarke)
         self._engine.place(rows, map_rows(bending, self.chain.shape.T), 0.0)
         self._state = None
@@ -239,7 +244,7 @@ class MujocoPhysics:
         With the actuation "tension", `command` holds tensions [N] in the same two parts. Robots
         that have diverged stay where they were until they are reset.
         """
-        stopped = np.count_nonzero(self._diverged)
+        stopped = self._stopped
         if stopped == self.num_envs:
             return
         start = self._drive
@@ -257,7 +262,7 @@ class MujocoPhysics:
             failed = engine.run(rows, *self._targets(start, end), self._substeps)
         # For one robot the sum of squares is mostly enough, for many one look at all joints while
         # nothing is wrong; nan fails all comparisons.
-        small = np.vdot(engine.qpos, engine.qpos) <= MAX_JOINT_ANGLE_RAD**2
+        small = self._angles.dot(self._angles) <= MAX_JOINT_ANGLE_RAD**2
         small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
         if active is not None or failed is not None or not small:
             straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
@@ -270,7 +275,7 @@ class MujocoPhysics:
         self, failed: NDArray[np.bool_], before: Before, start: JointVector, end: JointVector
     ) -> JointVector:
         """Hold the robots that have diverged, now or earlier, and return where all drives are."""
-        self._diverged = self._diverged | failed
+        self._set_diverged(self._diverged | failed)
         still = np.flatnonzero(self._diverged)
         if not still.size:
             return end
@@ -312,5 +317,5 @@ class MujocoPhysics:
         """Return to a state of `get_state`, bit for bit."""
         self._engine.place(np.arange(self.num_envs), state["qpos"], state["qvel"])
         self._drive = JointVector.from_state(state["drive"], self._scalar)
-        self._diverged = state["diverged"].copy()
+        self._set_diverged(state["diverged"].copy())
         self._state = None

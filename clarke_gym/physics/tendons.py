@@ -153,17 +153,13 @@ class TendonSprings:
             return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
         return self._fold_map.of_columns(parts) + self._folded_preload
 
-    def surely_taut(
-        self, start: list[float], steps: list[float], lengths: list[list[float]]
-    ) -> bool:
+    def surely_taut(self, start: list[float], end: list[float], lengths: list[list[float]]) -> bool:
         """Return whether no tendon of one robot can have gone slack: a quick look before `slack`.
 
         Parameters
         ----------
-        start : list of 2S floats
-            Commanded lengths of the virtual tendons at the start [m].
-        steps : list of 2S floats
-            Their change in each time step [m].
+        start, end : list of 2S floats
+            Commanded lengths of the virtual tendons before and after K time steps [m].
         lengths : list of 2S lists of K floats
             Actual lengths of the virtual tendons after every time step [m].
 
@@ -173,9 +169,10 @@ class TendonSprings:
         """
         room, preload = self._surely_room, self._folded_preloads
         for i in range(0, len(start), 2):
-            x0, y0 = start[i] - preload[i], start[i + 1] - preload[i + 1]
-            dx, dy = steps[i], steps[i + 1]
-            for x, y in zip(lengths[i], lengths[i + 1], strict=True):
+            j, xs, ys = i + 1, lengths[i], lengths[i + 1]
+            dx, dy = (end[i] - start[i]) / len(xs), (end[j] - start[j]) / len(xs)
+            x0, y0 = start[i] - preload[i], start[j] - preload[j]
+            for x, y in zip(xs, ys, strict=True):
                 x0, y0 = x0 + dx, y0 + dy
                 x, y = x - x0, y - y0
                 if x * x + y * y > room:

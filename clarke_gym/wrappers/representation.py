@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -110,7 +111,8 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
     ) -> tuple[Any, dict[str, Any]]:
         """Start an episode; a core within reach writes the observation itself."""
         if self._direct:
-            result: Any = self._codec.during(self.env.reset, seed=seed, options=options)
+            restart = partial(self.env.reset, seed=seed, options=options)
+            result: Any = self._codec.during(restart)
             return result[0], result[1]
         return super().reset(seed=seed, options=options)
 

@@ -141,7 +141,8 @@ def test_the_quick_look_never_overlooks_a_slack_tendon(numbers, rates):
     gap = lengths - first - np.arange(1, steps + 1)[:, None] * rates[:4]
     drive = JointVector.from_clarke(np.zeros((1, 2, 2)))
     slack = springs.slack(drive, drive, gap[None])[0]
-    quick = springs.surely_taut(first, rates[:4], lengths.T.tolist())
+    last = [start + steps * rate for start, rate in zip(first, rates[:4], strict=True)]
+    quick = springs.surely_taut(first, last, lengths.T.tolist())
     event(f"quick {quick}, slack {slack}")
     assert not (quick and slack)
 

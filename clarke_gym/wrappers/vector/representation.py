@@ -7,6 +7,7 @@ observations, too, so all modes work.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -86,7 +87,8 @@ class RepresentationObservation(gym.vector.VectorWrapper):
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
         """Reset and encode; a core within reach writes the observations itself."""
         if self._direct:
-            result: Any = self._codec.during(self.env.reset, seed=seed, options=options)
+            restart = partial(self.env.reset, seed=seed, options=options)
+            result: Any = self._codec.during(restart)
             return result[0], result[1]
         observation, info = self.env.reset(seed=seed, options=options)
         return self._codec.encode(observation), info
