@@ -14,8 +14,8 @@ from clarke_gym import kinematics
 from clarke_gym._arrays import FloatArray, Number, components, from_components
 from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
 from clarke_gym.envs.config import EnvConfig
+from clarke_gym.envs.episodes import EpisodeStreams, Parts
 from clarke_gym.envs.limits import CommandLimits, Reading, largest_magnitude
-from clarke_gym.envs.uniforms import UniformStreams
 from clarke_gym.physics.base import JointVector, Physics
 from clarke_gym.physics.constant_curvature import ConstantCurvature
 from clarke_gym.robots import Robot
@@ -88,7 +88,7 @@ class EnvCore:
         self.physics = _make_physics(config, robot, num_envs, scalar)
         self.task = _make_task(config, robot)
         self._radii = robot.pitch_radii.tolist()
-        self.streams = UniformStreams(num_envs, self.task.n_uniforms)
+        self.streams = EpisodeStreams(num_envs, self.task.n_uniforms, self._prepare)
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.goal = np.zeros((num_envs, self.task.goal_size))
         self.limits = CommandLimits(robot, config.control, config.control_dt)
@@ -133,19 +133,25 @@ class EnvCore:
 
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
-        uniforms = self.streams.draw(rows)
-        bending, sampled = self.task.sample(uniforms)
-        bends = JointVector.from_clarke(bending, scalar=len(rows) == 1).parts
-        clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
+        clarke, sampled, desired = self.streams.draw(rows)
+        if goal is not None:
+            sampled, desired = goal, self.task.scale_goal(goal)
         self.physics.reset(rows, clarke)
         self._command = self._command.with_rows(rows, clarke)
-        self.goal[rows] = sampled if goal is None else goal
-        self._set_desired(rows)
+        self.goal[rows] = sampled
+        self._set_desired(rows, desired)
         self.steps[rows] = 0
 
-    def _set_desired(self, rows: NDArray[np.intp]) -> None:
+    def _prepare(self, uniforms: FloatArray) -> Parts:
+        """Return start (R, S, 2), goal (R, goal_size) and scaled goal of R episodes."""
+        bending, goal = self.task.sample(uniforms)
+        bends = JointVector.from_clarke(bending).parts
+        clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
+        return clarke, goal, self.task.scale_goal(goal)
+
+    def _set_desired(self, rows: NDArray[np.intp], desired: NDArray[np.float32]) -> None:
         """Bring the scaled goals up to date, as the next observation needs them."""
-        self._desired[rows] = self.task.scale_goal(self.goal[rows])
+        self._desired[rows] = desired
         self._desired_parts = components(self._desired, self._scalar)
 
     def step(self, action: Reading) -> None:
@@ -244,5 +250,5 @@ class EnvCore:
         self.streams.set_state(state["streams"])
         self.steps = state["steps"].copy()
         self.goal = state["goal"].copy()
-        self._set_desired(np.arange(self.num_envs))
+        self._set_desired(np.arange(self.num_envs), self.task.scale_goal(self.goal))
         self._command = JointVector.from_state(state["command"], self._scalar)

@@ -245,7 +245,8 @@ class SingleEngine(Engine):
 
     def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
         """Put the simulation somewhere; see `Engine.place`."""
-        super().place(rows, qpos, qvel)
+        del rows
+        self.qpos[:], self.qvel[:] = qpos, qvel
         self._ready = False
 
     def _make_ready(self) -> None:

@@ -127,6 +127,7 @@ class MujocoPhysics:
         self._chord = routing == "chord"
         to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
         self._to_clarke = LinearMap(to_clarke)
+        self._to_shape = LinearMap(self.chain.shape.T)
         self._axes_folded = self.chain.folded and self._springs.aligned
         self._folded: FoldedSteps | None = None
         if self.chain.folded:
@@ -231,11 +232,12 @@ class MujocoPhysics:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
         driven = np.zeros_like(clarke) if self._tension_driven else clarke
         self._drive = self._drive.with_rows(rows, driven)
-        diverged = self._diverged.copy()
-        diverged[rows] = False
-        self._set_diverged(diverged)
+        if self._stopped:
+            diverged = self._diverged.copy()
+            diverged[rows] = False
+            self._set_diverged(diverged)
         bending = self._springs.equilibrium(clarke)
-        self._engine.place(rows, map_rows(bending, self.chain.shape.T), 0.0)
+        self._engine.place(rows, self._to_shape.of_rows(bending), 0.0)
         self._state = None
 
     def step(self, command: JointVector) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.utils import seeding
 
-from clarke_gym.envs.uniforms import BLOCK, UniformStreams
+from clarke_gym.envs.episodes import BLOCK, EpisodeStreams
 
 ID = "clarke_gym/Reach-v0"
 
@@ -69,7 +69,7 @@ def test_scalar_state_moves_to_another_environment():
 
 
 def test_streams_give_the_numbers_of_their_own_generators_in_order():
-    streams = UniformStreams(3, 4)
+    streams = EpisodeStreams(3, 4, lambda numbers: (numbers,))
     for index, seed in enumerate((5, 6, 7)):
         streams.seed(index, seed)
     expected = {i: seeding.np_random(5 + i)[0].random((3 * BLOCK, 4)) for i in range(3)}
@@ -77,6 +77,6 @@ def test_streams_give_the_numbers_of_their_own_generators_in_order():
     rng = np.random.default_rng(0)
     for _ in range(2 * BLOCK):
         rows = np.flatnonzero(rng.random(3) < 0.6)
-        for row, numbers in zip(rows, streams.draw(rows), strict=True):
+        for row, numbers in zip(rows, streams.draw(rows)[0], strict=True):
             np.testing.assert_array_equal(numbers, expected[int(row)][taken[int(row)]])
             taken[int(row)] += 1
