@@ -83,8 +83,6 @@ class LinearMap:
 
     def of_rows(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Return the products of rows (B, k), shape (B, m)."""
-        if len(rows) == 1:
-            return self.of_numbers(rows[0])[None].copy()
         return map_rows(rows, self.matrix)
 
     def of_columns(self, parts: Sequence[Number]) -> NDArray[Any]:

@@ -133,25 +133,26 @@ class EnvCore:
 
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
-        clarke, sampled, desired = self.streams.draw(rows)
+        clarke, rest, sampled, desired = self.streams.draw(rows)
         if goal is not None:
             sampled, desired = goal, self.task.scale_goal(goal)
-        self.physics.reset(rows, clarke)
+        self.physics.reset(rows, clarke, rest)
         self._command = self._command.with_rows(rows, clarke)
-        self.goal[rows] = sampled
-        self._set_desired(rows, desired)
-        self.steps[rows] = 0
+        pick = slice(None) if self._scalar else rows
+        self.goal[pick] = sampled
+        self._set_desired(pick, desired)
+        self.steps[pick] = 0
 
     def _prepare(self, uniforms: FloatArray) -> Parts:
-        """Return start (R, S, 2), goal (R, goal_size) and scaled goal of R episodes."""
+        """Return start (R, S, 2), coordinates there, goal (R, goal_size) and scaled goal."""
         bending, goal = self.task.sample(uniforms)
         bends = JointVector.from_clarke(bending).parts
         clarke = JointVector(kinematics.coupled(bends, self._radii)).clarke
-        return clarke, goal, self.task.scale_goal(goal)
+        return clarke, self.physics.rest(clarke), goal, self.task.scale_goal(goal)
 
-    def _set_desired(self, rows: NDArray[np.intp], desired: NDArray[np.float32]) -> None:
+    def _set_desired(self, pick: NDArray[np.intp] | slice, desired: NDArray[np.float32]) -> None:
         """Bring the scaled goals up to date, as the next observation needs them."""
-        self._desired[rows] = desired
+        self._desired[pick] = desired
         self._desired_parts = components(self._desired, self._scalar)
 
     def step(self, action: Reading) -> None:
@@ -250,5 +251,5 @@ class EnvCore:
         self.streams.set_state(state["streams"])
         self.steps = state["steps"].copy()
         self.goal = state["goal"].copy()
-        self._set_desired(np.arange(self.num_envs), self.task.scale_goal(self.goal))
+        self._set_desired(slice(None), self.task.scale_goal(self.goal))
         self._command = JointVector.from_state(state["command"], self._scalar)

@@ -52,7 +52,14 @@ class EpisodeStreams:
         self._used[index] = BLOCK
 
     def draw(self, rows: NDArray[np.intp]) -> Parts:
-        """Return what the next episode of each stream in `rows` begins with."""
+        """Return what the next episode of each stream in `rows` begins with, to read at once."""
+        if len(self.generators) == 1 and len(rows):  # slices cost a tenth of lookups
+            next_one = self._used.item()
+            if next_one == BLOCK:
+                self._refill(rows)
+                next_one = 0
+            self._used[0] = next_one + 1
+            return tuple([part[:, next_one] for part in self._prepared])
         used = self._used[rows]
         empty = used == BLOCK
         if np.count_nonzero(empty):

@@ -158,8 +158,16 @@ class Physics(Protocol):
     def state(self) -> RobotState:
         """The current state of all robots."""
 
-    def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
-        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
+    def rest(self, clarke: FloatArray) -> FloatArray:
+        """Return the model's own coordinates (R, k) of robots at rest at `clarke` (R, S, 2)."""
+
+    def reset(
+        self, rows: NDArray[np.intp], clarke: FloatArray, rest: FloatArray | None = None
+    ) -> None:
+        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2).
+
+        Who knows `self.rest(clarke)` already may give it as `rest`.
+        """
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements."""

@@ -65,8 +65,15 @@ class ConstantCurvature:
             self._state = RobotState(self._displacement, position, quaternion, self._never)
         return self._state
 
-    def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
+    def rest(self, clarke: FloatArray) -> FloatArray:
+        """Return no coordinates beside the Clarke coordinates: shape (R, 0)."""
+        return np.empty((len(clarke), 0))
+
+    def reset(
+        self, rows: NDArray[np.intp], clarke: FloatArray, rest: FloatArray | None = None
+    ) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
+        del rest
         self._displacement = self._displacement.with_rows(rows, clarke)
         self._state = None
 

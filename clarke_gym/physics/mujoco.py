@@ -127,7 +127,6 @@ class MujocoPhysics:
         self._chord = routing == "chord"
         to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
         self._to_clarke = LinearMap(to_clarke)
-        self._to_shape = LinearMap(self.chain.shape.T)
         self._axes_folded = self.chain.folded and self._springs.aligned
         self._folded: FoldedSteps | None = None
         if self.chain.folded:
@@ -228,16 +227,25 @@ class MujocoPhysics:
         rates = self._to_clarke.of_rows(self._engine.qvel)
         return map_rows(rates, self.robot.decoder.T)
 
-    def reset(self, rows: NDArray[np.intp], clarke: FloatArray) -> None:
-        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
+    def rest(self, clarke: FloatArray) -> FloatArray:
+        """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
+        bending = self._springs.equilibrium(clarke)
+        return map_rows(bending, self.chain.shape.T)
+
+    def reset(
+        self, rows: NDArray[np.intp], clarke: FloatArray, rest: FloatArray | None = None
+    ) -> None:
+        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2).
+
+        Who knows `rest(clarke)` already may give it as `rest`.
+        """
         driven = np.zeros_like(clarke) if self._tension_driven else clarke
         self._drive = self._drive.with_rows(rows, driven)
         if self._stopped:
             diverged = self._diverged.copy()
             diverged[rows] = False
             self._set_diverged(diverged)
-        bending = self._springs.equilibrium(clarke)
-        self._engine.place(rows, self._to_shape.of_rows(bending), 0.0)
+        self._engine.place(rows, self.rest(clarke) if rest is None else rest, 0.0)
         self._state = None
 
     def step(self, command: JointVector) -> None:

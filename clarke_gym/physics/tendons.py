@@ -106,8 +106,7 @@ class TendonSprings:
         self.aligned = bool((rotation == np.eye(len(rotation))).all())
         self._folded_preload = preload @ robot.encoder.T @ self.fold
         self._folded_preloads = self._folded_preload.tolist()
-        shape, self._shape_offset = self._equilibrium(preload)
-        self._shape = LinearMap(shape.T)
+        self._shape, self._shape_offset = self._equilibrium(preload)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
@@ -134,8 +133,7 @@ class TendonSprings:
             Bending vectors of the segments [rad].
         """
         rows = np.ascontiguousarray(clarke, dtype=np.float64).reshape(len(clarke), -1)
-        bending: FloatArray = self._shape.of_rows(rows) + self._shape_offset
-        return bending
+        return map_rows(rows, self._shape.T) + self._shape_offset
 
     def tension(self, command: FloatArray, displacement: FloatArray) -> FloatArray:
         """Return the tensions [N], shape (B, N), from commanded and achieved displacements."""
