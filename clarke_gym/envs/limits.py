@@ -136,7 +136,9 @@ class CommandLimits:
         self._off_step = robot.max_tendon_speed_m_s * control_dt
         self._encode = LinearMap(robot.encoder.T.copy())
         self._radii = robot.pitch_radii.tolist()
-        self._max_bending = robot.max_bending.tolist()
+        # With the place of a segment's first component, for loops over segments.
+        places = range(0, 2 * robot.n_segments, 2)
+        self._max_bending = list(zip(places, robot.max_bending.tolist(), strict=True))
         steps = robot.tendon_speeds * control_dt
         scales = robot.max_clarke if self._absolute else steps
         residual = np.eye(robot.n_joints) - robot.decoder @ robot.encoder
@@ -146,7 +148,7 @@ class CommandLimits:
         grams = np.array(
             [segment.matrices[1].T @ segment.matrices[1] for segment in robot.segments]
         )
-        self._scales, self._steps = scales.tolist(), steps.tolist()
+        self._moves = list(zip(places, scales.tolist(), steps.tolist(), strict=True))
         self._grams = [
             (gram[0, 0].item(), gram[1, 1].item(), _without_rounding(2.0 * gram[0, 1]))
             for gram in grams
@@ -208,19 +210,21 @@ class CommandLimits:
         """
         held, flat = command.parts, action.flat
         parts: list[Number] = []
-        for k, step in enumerate(self._steps):
-            x, y, scale = held[2 * k], held[2 * k + 1], self._scales[k]
-            u, v = flat[2 * k] * scale, flat[2 * k + 1] * scale
+        for i, scale, step in self._moves:
+            x, y = held[i], held[i + 1]
+            u, v = flat[i] * scale, flat[i + 1] * scale
             if self._absolute:
                 u, v = u - x, v - y
             u, v = shortened(u, v, step)
             parts += x + u, y + v
         bends = kinematics.decoupled(parts, self._radii)
         parts = []
-        for k, most in enumerate(self._max_bending):
-            parts += shortened(bends[2 * k], bends[2 * k + 1], most)
-        off = self._off_manifold(action, command.off_manifold)
-        return JointVector(kinematics.coupled(parts, self._radii), off)
+        for i, most in self._max_bending:
+            parts += shortened(bends[i], bends[i + 1], most)
+        result = JointVector(kinematics.coupled(parts, self._radii), command.off_manifold)
+        if action.off_manifold is not None or result.off_manifold is not None:
+            result.off_manifold = self._off_manifold(action, command.off_manifold)
+        return result
 
     def _off_manifold(self, action: Reading, held: Joints | None) -> Joints | None:
         """Return the off-manifold command."""

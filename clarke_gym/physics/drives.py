@@ -39,7 +39,9 @@ class Drives:
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
         reach = robot.tendon_speeds * control_dt
         # Environments keep to the rate limit; the margin leaves their commands' bits alone.
-        self._reach = (reach * (1.0 + 1e-9)).tolist() if limited else [math.inf] * len(reach)
+        reach = reach * (1.0 + 1e-9) if limited else np.full_like(reach, math.inf)
+        # With the place of a segment's first component.
+        self._reach = list(zip(range(0, 2 * len(reach), 2), reach.tolist(), strict=True))
 
     def approach(self, held: JointVector, command: JointVector) -> JointVector:
         """Return where the drives get to within one control period.
@@ -57,9 +59,9 @@ class Drives:
         """
         gain, starts, ends = self._gain, held.parts, command.parts
         parts: list[Number] = []
-        for k, reach in enumerate(self._reach):
-            x, y = starts[2 * k], starts[2 * k + 1]
-            u, v = gain * (ends[2 * k] - x), gain * (ends[2 * k + 1] - y)
+        for i, reach in self._reach:
+            x, y = starts[i], starts[i + 1]
+            u, v = gain * (ends[i] - x), gain * (ends[i + 1] - y)
             if reach != math.inf:
                 u, v = shortened(u, v, reach)
             parts += x + u, y + v

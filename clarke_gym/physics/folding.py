@@ -77,6 +77,7 @@ class FoldedSteps:
         steps: int,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
+        self._single = engine if isinstance(engine, SingleEngine) else None
         self._duration = steps * engine.chain.model.opt.timestep
         self._make_whole = make_whole
         self._watch_slack = bool(springs.pulls_only.any())
@@ -110,40 +111,27 @@ class FoldedSteps:
         ndarray of bool, shape (B,), or None
             Robots that the engine gave up; None for none.
         """
-        ends = self._lengths(start), self._springs.folded_lengths(end)
-        self._held = end, ends[1]
-        rates = ramp_rates(*ends, self._duration)
+        first, last = self._lengths(start), self._springs.folded_lengths(end)
+        self._held = end, last
+        rates = ramp_rates(first, last, self._duration)
         if not self._watch_slack:
             rows = None if active is None else np.flatnonzero(active)
-            return self._engine.run(rows, ends[0], rates, self._steps)
-        if isinstance(self._engine, SingleEngine):
-            return self._run_one(self._engine, (start, end), ends, rates, before)
-        return self._run_batch(active, (start, end), ends, rates, before)
-
-    def _run_one(
-        self,
-        engine: SingleEngine,
-        drives: Motion,
-        ends: Any,
-        rates: list[float],
-        before: Before,
-    ) -> NDArray[np.bool_] | None:
-        """Advance the scalar environment's robot, whose lengths come as floats."""
-        start, end = drives
-        first, last = ends
-        if start.off_manifold is not None and self._starts_loose(start, first)[0]:
-            return self._run_whole(_ROW, drives, before)
-        given_up = engine.run(None, first, rates, self._steps)
-        if (
-            start.off_manifold is None
-            and end.off_manifold is None
-            and self._springs.surely_taut(first, last, engine.lengths_after())
-        ):
-            return given_up
-        ends = np.array([first]), np.array([last])
-        if self._went_slack(drives, ends, engine.acted, self._actual_lengths())[0]:
-            return self._run_whole(_ROW, drives, before)
-        return given_up
+            return self._engine.run(rows, first, rates, self._steps)
+        if self._single is None:
+            return self._run_batch(active, (start, end), (first, last), rates, before)
+        # The scalar environment's robot, whose lengths come as floats.
+        on_manifold = start.off_manifold is None
+        if on_manifold or not self._starts_loose(start, first)[0]:
+            given_up = self._single.run(None, first, rates, self._steps)
+            if on_manifold and end.off_manifold is None:
+                lengths = self._single.lengths_after()
+                if self._springs.surely_taut(first, last, lengths):
+                    return given_up
+            ends = np.array([first]), np.array([last])
+            acted = self._single.acted
+            if not self._went_slack((start, end), ends, acted, self._actual_lengths())[0]:
+                return given_up
+        return self._run_whole(_ROW, (start, end), before)
 
     def _run_batch(
         self,
@@ -208,8 +196,8 @@ class FoldedSteps:
 
     def _actual_lengths(self) -> FloatArray:
         """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        if isinstance(self._engine, SingleEngine):
-            return self._to_folded.of_numbers(self._engine.qpos[0])[None]
+        if self._single is not None:
+            return self._to_folded.of_numbers(self._single.qpos[0])[None]
         return self._to_folded.of_rows(self._engine.qpos)
 
     def _run_whole(
