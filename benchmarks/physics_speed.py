@@ -24,7 +24,6 @@ import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.timing import Workload, seconds_per_call
 from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.mjcf import PROFILES
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.presets import make_robot
@@ -107,17 +106,17 @@ def actor(count: int, profile: str, segments: int) -> tuple[Any, Workload]:
 def bare(count: int, profile: str, segments: int) -> Workload:
     """Return the same control steps in a bare loop of `mj_step`, replayed from an environment."""
     env, work = actor(count, profile, segments)
-    chain = env.unwrapped.core.physics.chain
+    engine = env.unwrapped.core.physics._engine
+    chain = engine.chain
     tape: list[FloatArray] = []
-    set_actuators = Engine._set_actuators
+    run = engine.run
 
-    def recorded(self: Engine, start: Any, control: Any) -> None:
-        if self.chain is chain:
-            parts = self.qpos, self.qvel, np.atleast_2d(start), np.atleast_2d(control)
-            tape.append(np.concatenate(parts, axis=1))
-        set_actuators(self, start, control)
+    def recorded(rows: Any, start: Any, control: Any, steps: int) -> Any:
+        parts = engine.qpos, engine.qvel, np.atleast_2d(start), np.atleast_2d(control)
+        tape.append(np.concatenate(parts, axis=1))
+        return run(rows, start, control, steps)
 
-    with mock.patch.object(Engine, "_set_actuators", recorded):
+    with mock.patch.object(engine, "run", recorded):
         for _ in range(EPISODE if count > 1 else 8 * EPISODE):
             work()
     steps = round(ENV_DT / chain.model.opt.timestep)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from struct import Struct
 from typing import Any
 
 import mujoco
@@ -16,16 +19,10 @@ from clarke_gym.physics.links import Chain
 _step, _step1, _step2 = mujoco.mj_step, mujoco.mj_step1, mujoco.mj_step2
 _POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 _VELOCITIES = int(mujoco.mjtStage.mjSTAGE_VEL)
-_BAD_STATE = [
-    int(mujoco.mjtWarning.mjWARN_BADQPOS),
-    int(mujoco.mjtWarning.mjWARN_BADQVEL),
-    int(mujoco.mjtWarning.mjWARN_BADQACC),
-    int(mujoco.mjtWarning.mjWARN_BADCTRL),
-]
 
 
 def _ignore_warning(_: str) -> None:
-    """Drop an engine warning: the batch counts them and the caller reports them."""
+    """Drop an engine warning: whoever reads the state sees what is wrong with it."""
 
 
 class QuietEngine:
@@ -44,6 +41,9 @@ class QuietEngine:
 class Engine(ABC):
     """B simulations of one chain.
 
+    The model resets nothing by itself, so one that breaks down keeps joint coordinates that are
+    huge or not a number.
+
     Parameters
     ----------
     chain : Chain
@@ -61,23 +61,18 @@ class Engine(ABC):
 
     _control: FloatArray
     _activation: FloatArray | None
-    _counts: NDArray[np.intc]
-    """Warnings of each kind that each simulation has had."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.straight = chain.model.tendon_length0.copy()
         self._tip = chain.model.site("tip").id
-        self._warned, self._warnings_seen = np.zeros(1, np.intp), b""
-        self._quiet = QuietEngine()
 
-    def _keep_history(self, history: FloatArray) -> None:
-        """Name what the model's recorders write, (B, numbers), and what they held at first.
+    def _name_history(self, history: FloatArray) -> None:
+        """Name what the model's recorders write, (B, numbers).
 
         Each recorder has a ring of K samples: two numbers of its own, K times, K lengths. It is in
         order whenever K steps have been made since it was, as every call of `run` does.
         """
-        self._history, self._fresh_history = history, history[:1].copy()
         recorders = self.chain.model.nsensor
         rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
         self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
@@ -95,21 +90,17 @@ class Engine(ABC):
         """
         self.qpos[rows], self.qvel[rows] = qpos, qvel
 
-    def _set_actuators(self, start: Any, control: Any) -> None:
-        if self._activation is not None:
-            self._activation[:] = start
-        self._control[:] = control
+    def squared_angles(self) -> float:
+        """Return the sum of the squares of all joint coordinates [rad^2]; nan if one is."""
+        return float(np.vdot(self.qpos, self.qpos))
 
-    def _failed(self) -> NDArray[np.bool_] | None:
-        """Return which simulations broke down since the last call; None for none."""
-        seen = self._counts.tobytes()
-        if seen == self._warnings_seen:
-            return None
-        warned: NDArray[np.intp] = self._counts[:, _BAD_STATE].sum(1)
-        failed = warned != self._warned
-        self._warned, self._warnings_seen = warned, seen
-        self._history[failed] = self._fresh_history  # they may have been stopped halfway
-        return failed
+    def keep(self) -> None:
+        """Remember where the simulations are, for `kept`."""
+        self._kept = self.qpos.copy(), self.qvel.copy()
+
+    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Return joint coordinates and rates of the simulations `rows` at the last `keep`."""
+        return self._kept[0][rows], self._kept[1][rows]
 
     @abstractmethod
     def run(
@@ -130,7 +121,7 @@ class Engine(ABC):
         Returns
         -------
         ndarray of bool, shape (B,), or None
-            Simulations that the engine gave up; None for none.
+            Simulations whose control holds what is no number; None for none. MuJoCo takes 0 for it.
         """
 
     @abstractmethod
@@ -185,23 +176,27 @@ class BatchEngine(Engine):
     def __init__(self, chain: Chain, num_envs: int, threads: int) -> None:
         super().__init__(chain)
         self._batch = Batch(chain.model, num_envs, threads)
+        self._quiet = QuietEngine()
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._control = self._batch.bind("ctrl")
         self._activation = self._batch.bind("act") if chain.model.na else None
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
-        self._counts = self._batch.warning[:, :, 1]
-        self._keep_history(self._batch.bind("history"))
+        self._name_history(self._batch.bind("history"))
 
     def run(
         self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int
     ) -> NDArray[np.bool_] | None:
         """Advance the simulations `rows`; see `Engine.run`."""
-        self._set_actuators(start, control)
+        if self._activation is not None:
+            self._activation[:] = start
+        self._control[:] = control
         with self._quiet:
             self._batch.step(rows, nstep=steps)
-        return self._failed()
+        if math.isfinite(np.vdot(control, control)):
+            return None
+        return np.logical_not(np.isfinite(control).all(1))
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
@@ -236,10 +231,15 @@ class SingleEngine(Engine):
         self._data = data = mujoco.MjData(self._model)
         # Views into the simulator's memory, made once.
         self.qpos, self.qvel = data.qpos[None], data.qvel[None]
+        self._angles, self._rates = data.qpos, data.qvel
         self._control, self._activation = data.ctrl, data.act if self._model.na else None
-        self._lengths, self._counts = data.ten_length, data.warning.number[None]
+        self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
+        self._lengths = data.ten_length
+        # MuJoCo reports the first warning of a kind alone, and would write it to a log file in the
+        # working directory.
+        data.warning.number[:] = 1
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
-        self._keep_history(data.history[None])
+        self._name_history(data.history[None])
         self._acted_later = self.acted[0, :, 1:]
         self._ready = False
 
@@ -249,11 +249,24 @@ class SingleEngine(Engine):
         self.qpos[:], self.qvel[:] = qpos, qvel
         self._ready = False
 
+    def squared_angles(self) -> float:
+        """Return the sum of squares; see `Engine.squared_angles`."""
+        return float(self._angles.dot(self._angles))
+
+    def keep(self) -> None:
+        """Remember where the simulation is; see `Engine.keep`."""
+        self._kept_bytes = self._angles.tobytes(), self._rates.tobytes()
+
+    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Return where the simulation was; see `Engine.kept`."""
+        del rows
+        qpos, qvel = (np.frombuffer(part)[None] for part in self._kept_bytes)
+        return qpos, qvel
+
     def _make_ready(self) -> None:
         """Do the first half of a time step, unless nothing has changed since it was done."""
         if not self._ready:
-            with self._quiet:
-                _step1(self._model, self._data)
+            _step1(self._model, self._data)
             self._ready = True
 
     def run(
@@ -261,26 +274,27 @@ class SingleEngine(Engine):
     ) -> NDArray[np.bool_] | None:
         """Advance the simulation, whichever `rows` says; see `Engine.run`."""
         del rows
-        self._set_actuators(start, control)
         self._make_ready()
+        if not isinstance(control, list):
+            start, control = None if start is None else start[0].tolist(), control[0].tolist()
+        if self._activation is not None:
+            self._pack(self._activation, 0, *start)
+        self._pack(self._control, 0, *control)
         model, data = self._model, self._data
-        with self._quiet:
-            _step2(model, data)
-            if steps > 1:
-                _step(model, data, steps - 1)
-            _step1(model, data)
-        return self._failed()
+        _step2(model, data)
+        if steps > 1:
+            _step(model, data, steps - 1)
+        _step1(model, data)
+        return None if math.isfinite(sum(control)) else np.array([True])
 
     def tendon_lengths(self) -> list[float]:
         """Return the lengths of tendons; see `Engine.tendon_lengths`."""
         self._make_ready()
         return self._lengths.tolist()
 
-    def lengths_after(self) -> list[list[float]]:
-        """Return the lengths [m] after each time step of the last control step, by tendon."""
+    def lengths_meanwhile(self) -> list[list[float]]:
+        """Return the lengths [m] between the time steps of the last control step, by tendon."""
         lengths: list[list[float]] = self._acted_later.tolist()
-        for column, last in zip(lengths, self.tendon_lengths(), strict=True):
-            column.append(last)
         return lengths
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:

@@ -15,9 +15,6 @@ from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.engine import Engine, SingleEngine
 from clarke_gym.physics.tendons import TendonSprings
 
-Before: TypeAlias = tuple[FloatArray, FloatArray]
-"""Joint coordinates and velocities at the start of a control step."""
-
 Motion: TypeAlias = tuple[JointVector, JointVector]
 """Where the drives are before and after a control step."""
 
@@ -53,7 +50,7 @@ class FoldedSteps:
     """Runs robots whose taut tendons are folded into two a segment.
 
     Every tendon is checked at each time step. A robot with a slack one goes back to where it was
-    and repeats the control step with all its tendons.
+    at the engine's last `keep` and repeats the control step with all its tendons.
 
     Parameters
     ----------
@@ -94,7 +91,6 @@ class FoldedSteps:
         active: NDArray[np.bool_] | None,
         start: JointVector,
         end: JointVector,
-        before: Before,
     ) -> NDArray[np.bool_] | None:
         """Advance the robots `active` (None for all) by one control step.
 
@@ -103,13 +99,11 @@ class FoldedSteps:
         active : ndarray of bool, shape (B,), or None
         start, end : JointVector
             The drives before and after.
-        before : tuple of ndarray
-            Joint coordinates and velocities at the start.
 
         Returns
         -------
         ndarray of bool, shape (B,), or None
-            Robots that the engine gave up; None for none.
+            Robots whose drives are nowhere; None for none.
         """
         first, last = self._lengths(start), self._springs.folded_lengths(end)
         self._held = end, last
@@ -118,20 +112,21 @@ class FoldedSteps:
             rows = None if active is None else np.flatnonzero(active)
             return self._engine.run(rows, first, rates, self._steps)
         if self._single is None:
-            return self._run_batch(active, (start, end), (first, last), rates, before)
+            return self._run_batch(active, (start, end), (first, last), rates)
         # The scalar environment's robot, whose lengths come as floats.
         on_manifold = start.off_manifold is None
         if on_manifold or not self._starts_loose(start, first)[0]:
             given_up = self._single.run(None, first, rates, self._steps)
             if on_manifold and end.off_manifold is None:
-                lengths = self._single.lengths_after()
-                if self._springs.surely_taut(first, last, lengths):
+                meanwhile = self._single.lengths_meanwhile()
+                after = self._single.tendon_lengths()
+                if self._springs.surely_taut(first, last, meanwhile, after):
                     return given_up
             ends = np.array([first]), np.array([last])
             acted = self._single.acted
             if not self._went_slack((start, end), ends, acted, self._actual_lengths())[0]:
                 return given_up
-        return self._run_whole(_ROW, (start, end), before)
+        return self._run_whole(_ROW, (start, end))
 
     def _run_batch(
         self,
@@ -139,7 +134,6 @@ class FoldedSteps:
         drives: Motion,
         ends: tuple[FloatArray, FloatArray],
         rates: FloatArray,
-        before: Before,
     ) -> NDArray[np.bool_]:
         start, end = drives
         rows = None if active is None else np.flatnonzero(active)
@@ -150,7 +144,7 @@ class FoldedSteps:
             loose = loose if active is None else loose & active
             if loose.any():
                 again = np.flatnonzero(loose)
-                given_up = self._run_whole(again, drives, before)
+                given_up = self._run_whole(again, drives)
                 failed[again] = False if given_up is None else given_up[again]
                 rows = np.flatnonzero(~loose if active is None else active & ~loose)
                 if not rows.size:
@@ -165,7 +159,7 @@ class FoldedSteps:
         slack = self._went_slack(watched, ends, acted, length)
         if np.count_nonzero(slack):
             again = np.flatnonzero(slack) if rows is None else rows[slack]
-            given_up = self._run_whole(again, drives, before)
+            given_up = self._run_whole(again, drives)
             failed[again] = False if given_up is None else given_up[again]
         return failed
 
@@ -200,12 +194,10 @@ class FoldedSteps:
             return self._to_folded.of_numbers(self._single.qpos[0])[None]
         return self._to_folded.of_rows(self._engine.qpos)
 
-    def _run_whole(
-        self, rows: NDArray[np.intp], drives: Motion, before: Before
-    ) -> NDArray[np.bool_] | None:
+    def _run_whole(self, rows: NDArray[np.intp], drives: Motion) -> NDArray[np.bool_] | None:
         """Run the control step of the robots `rows` with all their tendons."""
         whole, engine = self._whole, self._engine
-        whole.place(rows, before[0][rows], before[1][rows])
+        whole.place(rows, *engine.kept(rows))
         targets = self._springs.lengths(drives[0]), self._springs.lengths(drives[1])
         rates = ramp_rates(*targets, self._duration)
         given_up = whole.run(rows, targets[0], rates, self._steps)

@@ -154,7 +154,9 @@ def build_chain(
     spec.option.tolerance = profile.tolerance
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.gravity = rotate(quaternion * (1.0, -1.0, -1.0, -1.0), gravity)
-    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_CONTACT
+    # Without auto-reset a simulation that breaks down shows it: its numbers stay huge or nan.
+    disabled = mujoco.mjtDisableBit.mjDSBL_CONTACT, mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec.option.disableflags = sum(int(flag) for flag in disabled)
     chain = Backbone(spec, robot, profile.elements, step, routing)
     if payload_kg > 0.0:
         tip = spec.body(f"end{robot.n_segments - 1}")

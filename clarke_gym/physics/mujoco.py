@@ -17,7 +17,7 @@ from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.engine import BatchEngine, Engine, SingleEngine
-from clarke_gym.physics.folding import Before, FoldedSteps, ramp_rates
+from clarke_gym.physics.folding import FoldedSteps, ramp_rates
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import (
     PROFILES,
@@ -136,7 +136,6 @@ class MujocoPhysics:
             )
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
-        self._angles = self._engine.qpos.reshape(-1)  # a view
         self._set_diverged(np.zeros(num_envs, dtype=bool))
         self._state: RobotState | None = None
         self.reset(np.arange(num_envs), start)
@@ -264,33 +263,31 @@ class MujocoPhysics:
         else:
             end = self._drives.approach(start, command)
         engine = self._engine
-        before = engine.qpos.copy(), engine.qvel.copy()
+        engine.keep()
         active = ~self._diverged if stopped else None
         if self._folded is not None:
-            failed = self._folded.run(active, start, end, before)
+            failed = self._folded.run(active, start, end)
         else:
             rows = None if active is None else np.flatnonzero(active)
             failed = engine.run(rows, *self._targets(start, end), self._substeps)
         # For one robot the sum of squares is mostly enough, for many one look at all joints while
         # nothing is wrong; nan fails all comparisons.
-        small = self._angles.dot(self._angles) <= _SQUARED_MAX
+        small = engine.squared_angles() <= _SQUARED_MAX
         small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
         if active is not None or failed is not None or not small:
             straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
             failed = np.logical_not(straight) if failed is None else failed | ~straight
-            end = self._stop(failed, before, start, end)
+            end = self._stop(failed, start, end)
         self._drive = end
         self._state = None
 
-    def _stop(
-        self, failed: NDArray[np.bool_], before: Before, start: JointVector, end: JointVector
-    ) -> JointVector:
+    def _stop(self, failed: NDArray[np.bool_], start: JointVector, end: JointVector) -> JointVector:
         """Hold the robots that have diverged, now or earlier, and return where all drives are."""
         self._set_diverged(self._diverged | failed)
         still = np.flatnonzero(self._diverged)
         if not still.size:
             return end
-        self._engine.place(still, before[0][still], 0.0)
+        self._engine.place(still, self._engine.kept(still)[0], 0.0)
         return end.with_rows(still, start.clarke[still])
 
     def _targets(

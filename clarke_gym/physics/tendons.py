@@ -153,15 +153,23 @@ class TendonSprings:
             return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
         return self._fold_map.of_columns(parts) + self._folded_preload
 
-    def surely_taut(self, start: list[float], end: list[float], lengths: list[list[float]]) -> bool:
+    def surely_taut(
+        self,
+        start: list[float],
+        end: list[float],
+        meanwhile: list[list[float]],
+        after: list[float],
+    ) -> bool:
         """Return whether no tendon of one robot can have gone slack: a quick look before `slack`.
 
         Parameters
         ----------
         start, end : list of 2S floats
             Commanded lengths of the virtual tendons before and after K time steps [m].
-        lengths : list of 2S lists of K floats
-            Actual lengths of the virtual tendons after every time step [m].
+        meanwhile : list of 2S lists of K - 1 floats
+            Actual lengths of the virtual tendons between the time steps [m].
+        after : list of 2S floats
+            Those after the last one [m].
 
         Returns
         -------
@@ -169,14 +177,18 @@ class TendonSprings:
         """
         room, preload = self._surely_room, self._folded_preloads
         for i in range(0, len(start), 2):
-            j, xs, ys = i + 1, lengths[i], lengths[i + 1]
-            dx, dy = (end[i] - start[i]) / len(xs), (end[j] - start[j]) / len(xs)
-            x0, y0 = start[i] - preload[i], start[j] - preload[j]
-            for x, y in zip(xs, ys, strict=True):
+            j, xs = i + 1, meanwhile[i]
+            x0, y0, steps = start[i], start[j], len(xs) + 1
+            dx, dy = (end[i] - x0) / steps, (end[j] - y0) / steps
+            x0, y0 = x0 - preload[i], y0 - preload[j]
+            for x, y in zip(xs, meanwhile[j], strict=True):
                 x0, y0 = x0 + dx, y0 + dy
                 x, y = x - x0, y - y0
                 if x * x + y * y > room:
                     return False
+            x, y = after[i] - (x0 + dx), after[j] - (y0 + dy)
+            if x * x + y * y > room:
+                return False
         return True
 
     def slack(self, start: JointVector, end: JointVector, gap: FloatArray) -> NDArray[np.bool_]:

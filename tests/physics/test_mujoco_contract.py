@@ -142,7 +142,7 @@ def test_the_quick_look_never_overlooks_a_slack_tendon(numbers, rates):
     drive = JointVector.from_clarke(np.zeros((1, 2, 2)))
     slack = springs.slack(drive, drive, gap[None])[0]
     last = [start + steps * rate for start, rate in zip(first, rates[:4], strict=True)]
-    quick = springs.surely_taut(first, last, lengths.T.tolist())
+    quick = springs.surely_taut(first, last, lengths[:-1].T.tolist(), lengths[-1].tolist())
     event(f"quick {quick}, slack {slack}")
     assert not (quick and slack)
 
