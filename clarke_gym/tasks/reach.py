@@ -81,8 +81,8 @@ class Reach:
 
     def achieved(self, state: RobotState) -> list[Number]:
         """Return components of the tip position over the robot's length, rounded to float32."""
-        length = self._length
-        return float32([part / length for part in state.tip])
+        (x, y, z), length = state.tip, self._length
+        return float32((x / length, y / length, z / length))
 
     def scale_goal(self, goal: FloatArray) -> Float32Array:
         """Return goal positions over the robot's length."""
