@@ -154,5 +154,6 @@ def register_environments() -> None:
                 entry_point="clarke_gym.registration:make_env",
                 vector_entry_point="clarke_gym.registration:make_vector_env",
                 disable_env_checker=True,  # our tests run the full one on every environment
+                order_enforce=False,  # the core refuses steps before the first reset itself
                 **entry,
             )

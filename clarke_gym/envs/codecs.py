@@ -6,7 +6,7 @@ by a small matrix, or by none at all, at a cost that does not depend on the numb
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from operator import add, mul
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -181,12 +181,9 @@ class ObservationCodec:
         task : list
             The components of the task's part.
         """
-        parts = command.parts + displacement.parts
-        offs: Sequence[Any] = (None, None)
-        if self._sees_off:
-            offs = command.off_manifold, displacement.off_manifold
         if isinstance(task[0], float):
-            return self._row(parts, task, offs)
+            return self._row(command, displacement, task)
+        parts = command.parts + displacement.parts
         rows: NDArray[np.float32]
         if self._scales is not None:
             rows = np.empty((len(task[0]), self._width + self._tail), np.float32)
@@ -196,8 +193,8 @@ class ObservationCodec:
                 rows[:, k] = part
         else:
             rows = self._assemble.of_columns(parts + task)
-        for block, off in enumerate(offs):
-            if off is not None:
+        for block, off in enumerate((command.off_manifold, displacement.off_manifold)):
+            if off is not None and self._sees_off:
                 size = self.representation.size
                 change = np.asarray(off) * self._off_scale
                 if self._off_map is not None:
@@ -207,17 +204,19 @@ class ObservationCodec:
         return rows
 
     def _row(
-        self, parts: list[float], task: list[float], offs: Sequence[Any]
+        self, command: JointVector, displacement: JointVector, task: list[float]
     ) -> NDArray[np.float32]:
         """Return the scalar environment's observation."""
+        parts = command.parts + displacement.parts
         if self._scales is not None:
             numbers = list(map(mul, parts, self._scales))
-            row = np.array(numbers + task, np.float32)
+            row = np.array(numbers + task, _SINGLE)
             if max(numbers) > self._least_bound or min(numbers) < -self._least_bound:
                 self._finish(row)
             return row
         row = self._assemble.of_numbers(parts + task).copy()
-        if offs != (None, None):
+        offs: Any = (command.off_manifold, displacement.off_manifold)
+        if self._sees_off and offs != (None, None):
             none = [0.0] * len(self._off_scale)
             off = list(map(mul, (offs[0] or none) + (offs[1] or none), self._off_scales))
             if self._off_map is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
@@ -95,6 +96,7 @@ class EnvCore:
         self._desired = np.zeros((num_envs, self.task.goal_size), np.float32)
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._command = JointVector.from_clarke(start, scalar=scalar)
+        self.begun = False
         self.reader, self.observer = ActionCodec(self, "raw"), ObservationCodec(self, "raw")
 
     # --- spaces -------------------------------------------------------------------------------
@@ -142,6 +144,7 @@ class EnvCore:
         self.goal[pick] = sampled
         self._set_desired(pick, desired)
         self.steps[pick] = 0
+        self.begun = True
 
     def _prepare(self, uniforms: FloatArray) -> Parts:
         """Return start (R, S, 2), coordinates there, goal (R, goal_size) and scaled goal."""
@@ -157,6 +160,8 @@ class EnvCore:
 
     def step(self, action: Reading) -> None:
         """Advance all environments by one control period."""
+        if not self.begun:
+            raise ResetNeeded("reset the environment before its first step")
         self._command = self.limits.apply(action, self._command)
         self.physics.step(self._command)
         if not self._scalar:  # Gymnasium's wrapper counts for the scalar environment
@@ -198,6 +203,8 @@ class EnvCore:
 
     def pictures(self, size: tuple[int, int], rows: Iterable[int]) -> Iterator[tuple[Any, Any]]:
         """Yield (rgb, depth) of the environments `rows`; `size` is (width, height) in pixels."""
+        if not self.begun:
+            raise ResetNeeded("reset the environment before its first picture")
         if self._picture is None:
             from clarke_gym.rendering import Picture  # loads OpenGL
 
@@ -243,6 +250,7 @@ class EnvCore:
             "steps": self.steps.copy(),
             "goal": self.goal.copy(),
             "command": self._command.get_state(),
+            "begun": self.begun,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -253,3 +261,4 @@ class EnvCore:
         self.goal = state["goal"].copy()
         self._set_desired(slice(None), self.task.scale_goal(self.goal))
         self._command = JointVector.from_state(state["command"], self._scalar)
+        self.begun = state["begun"]

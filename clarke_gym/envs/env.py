@@ -86,6 +86,8 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         ------
         ValueError
             If the action has another shape or is not finite.
+        gymnasium.error.ResetNeeded
+            Before the first reset.
         """
         core = self.core
         core.step(action if isinstance(action, Reading) else core.reader.read(action))
@@ -104,6 +106,8 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         ------
         RuntimeError
             If the machine has no off-screen OpenGL; the message names what to install.
+        gymnasium.error.ResetNeeded
+            Before the first reset.
         """
         frames = render_rows(self.core, self.render_mode, [0])
         return frames[0] if frames else None

@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
@@ -101,10 +102,17 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         Returns
         -------
         observations, infos
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            If ``reset_mask`` leaves environments out that have never been reset.
         """
         options = dict(options or {})
         mask = self._check_mask(options.pop("reset_mask", None))
         rows = self._all[mask]
+        if len(rows) < self.num_envs and not self.core.begun:
+            raise ResetNeeded("the first reset must be of all environments, without 'reset_mask'")
         for index, value in zip(rows, self._check_seed(seed)[mask], strict=True):
             if value is not None:
                 self.core.streams.seed(int(index), int(value))
@@ -133,6 +141,8 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             If the actions have another shape or are not finite.
         RuntimeError
             If an episode has ended and autoreset is disabled.
+        gymnasium.error.ResetNeeded
+            Before the first reset.
         """
         reading = actions if isinstance(actions, Reading) else self.core.reader.read(actions)
         ended = self._done
