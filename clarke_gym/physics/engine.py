@@ -59,9 +59,6 @@ class Engine(ABC):
     """Tendon lengths [m] at the start of each time step of the last control step, where the model
     records them, shape (B, ntendon, K)."""
 
-    _control: FloatArray
-    _activation: FloatArray | None
-
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.straight = chain.model.tendon_length0.copy()
@@ -90,9 +87,9 @@ class Engine(ABC):
         """
         self.qpos[rows], self.qvel[rows] = qpos, qvel
 
-    def squared_angles(self) -> float:
-        """Return the sum of the squares of all joint coordinates [rad^2]; nan if one is."""
-        return float(np.vdot(self.qpos, self.qpos))
+    def angle_norm(self) -> float:
+        """Return the root of the sum of squares of all joint coordinates [rad]; nan if one is."""
+        return math.sqrt(np.vdot(self.qpos, self.qpos))
 
     def keep(self) -> None:
         """Remember where the simulations are, for `kept`."""
@@ -232,8 +229,8 @@ class SingleEngine(Engine):
         # Views into the simulator's memory, made once.
         self.qpos, self.qvel = data.qpos[None], data.qvel[None]
         self._angles, self._rates = data.qpos, data.qvel
-        self._control, self._activation = data.ctrl, data.act if self._model.na else None
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
+        self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
         # MuJoCo reports the first warning of a kind alone, and would write it to a log file in the
         # working directory.
@@ -242,16 +239,17 @@ class SingleEngine(Engine):
         self._name_history(data.history[None])
         self._acted_later = self.acted[0, :, 1:]
         self._ready = False
+        self._now: list[float] | None = None
 
     def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
         """Put the simulation somewhere; see `Engine.place`."""
         del rows
         self.qpos[:], self.qvel[:] = qpos, qvel
-        self._ready = False
+        self._ready, self._now = False, None
 
-    def squared_angles(self) -> float:
-        """Return the sum of squares; see `Engine.squared_angles`."""
-        return float(self._angles.dot(self._angles))
+    def angle_norm(self) -> float:
+        """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""
+        return math.hypot(*self._angles.tolist())
 
     def keep(self) -> None:
         """Remember where the simulation is; see `Engine.keep`."""
@@ -277,20 +275,23 @@ class SingleEngine(Engine):
         self._make_ready()
         if not isinstance(control, list):
             start, control = None if start is None else start[0].tolist(), control[0].tolist()
-        if self._activation is not None:
-            self._pack(self._activation, 0, *start)
-        self._pack(self._control, 0, *control)
+        if start is not None:
+            self._pack(self._targets[1], 0, *start)
+        self._pack(self._targets[0], 0, *control)
         model, data = self._model, self._data
         _step2(model, data)
         if steps > 1:
             _step(model, data, steps - 1)
         _step1(model, data)
+        self._now = None
         return None if math.isfinite(sum(control)) else np.array([True])
 
     def tendon_lengths(self) -> list[float]:
         """Return the lengths of tendons; see `Engine.tendon_lengths`."""
-        self._make_ready()
-        return self._lengths.tolist()
+        if self._now is None:
+            self._make_ready()
+            self._now = self._lengths.tolist()
+        return self._now
 
     def lengths_meanwhile(self) -> list[list[float]]:
         """Return the lengths [m] between the time steps of the last control step, by tendon."""

@@ -29,7 +29,6 @@ from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
-_SQUARED_MAX = MAX_JOINT_ANGLE_RAD**2
 
 
 class MujocoPhysics:
@@ -272,7 +271,7 @@ class MujocoPhysics:
             failed = engine.run(rows, *self._targets(start, end), self._substeps)
         # For one robot the sum of squares is mostly enough, for many one look at all joints while
         # nothing is wrong; nan fails all comparisons.
-        small = engine.squared_angles() <= _SQUARED_MAX
+        small = engine.angle_norm() <= MAX_JOINT_ANGLE_RAD
         small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
         if active is not None or failed is not None or not small:
             straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
