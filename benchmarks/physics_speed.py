@@ -173,8 +173,9 @@ def overhead() -> list[str]:
                     "bare": bare(count, profile, segments),
                     "env": actor(count, profile, segments)[1],
                 }
-                calls = (5 if profile == "fast" else 1) * (1 if count > 1 else 20)
-                times = seconds_per_call(workloads, ROUNDS, calls)
+                short = profile == "fast"
+                calls = (5 if short else 1) * (1 if count > 1 else 20)
+                times = seconds_per_call(workloads, 5 * ROUNDS if short else ROUNDS, calls)
                 ratio = times["bare"] / times["env"]
                 extra = 1e6 * (times["env"] - times["bare"]) / count
                 lines.append(

@@ -6,6 +6,7 @@ import pickle
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 
 from clarke_gym.envs.episodes import BLOCK, EpisodeStreams
@@ -80,3 +81,39 @@ def test_streams_give_the_numbers_of_their_own_generators_in_order():
         for row, numbers in zip(rows, streams.draw(rows)[0], strict=True):
             np.testing.assert_array_equal(numbers, expected[int(row)][taken[int(row)]])
             taken[int(row)] += 1
+
+
+def test_a_stream_by_itself_gives_what_it_gives_beside_others():
+    def squares(numbers):
+        return numbers, numbers**2
+
+    alone, beside = EpisodeStreams(1, 4, squares), EpisodeStreams(3, 4, squares)
+    alone.seed(0, 6)
+    beside.seed(1, 6)
+    for draw in range(2 * BLOCK + 3):
+        row = np.array([1, 2] if draw % 3 else [1])
+        for mine, others in zip(alone.draw(np.array([0])), beside.draw(row), strict=True):
+            np.testing.assert_array_equal(mine[0], others[0])
+        if draw == BLOCK + 2:
+            state = alone.get_state()
+            alone = EpisodeStreams(1, 4, squares)
+            alone.set_state(state)
+
+
+@pytest.mark.parametrize("physics", ["constant_curvature", "mujoco"])
+def test_steps_and_pictures_before_the_first_reset_are_refused(physics):
+    env = gym.make(ID, physics=physics, representation="clarke", render_mode="rgb_array")
+    envs = gym.make_vec(ID, num_envs=2, physics=physics, autoreset_mode="disabled")
+    for each in (env, envs):
+        with pytest.raises(ResetNeeded, match="first step"):
+            each.step(each.action_space.sample())
+    with pytest.raises(ResetNeeded, match="first picture"):
+        env.render()
+    with pytest.raises(ResetNeeded, match="reset_mask"):
+        envs.reset(options={"reset_mask": np.array([True, False])})
+    state = env.unwrapped.state()
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    env.unwrapped.restore(state)
+    with pytest.raises(ResetNeeded):
+        env.step(env.action_space.sample())
