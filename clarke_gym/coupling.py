@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from clarke_gym._arrays import Array, Number, namespace, parameters
 from clarke_gym._checks import check_pairs
-from clarke_gym.quaternions import split
+from clarke_gym.quaternions import split_segments
 
 
 def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
@@ -36,8 +36,7 @@ def clarke_to_bending(clarke: Array, pitch_radii: Array) -> Array:
     """
     clarke = check_pairs(clarke, pitch_radii, "clarke")
     xp, radii = namespace(clarke), parameters(pitch_radii, clarke)
-    parts = [part for k in range(clarke.shape[-2]) for part in split(clarke[..., k, :])]
-    return xp.stack(decoupled(parts, radii), -1).reshape(clarke.shape)
+    return xp.stack(decoupled(split_segments(clarke), radii), -1).reshape(clarke.shape)
 
 
 def decoupled(parts: Sequence[Number], pitch_radii: Array) -> list[Number]:
@@ -92,8 +91,7 @@ def bending_to_clarke(bending: Array, pitch_radii: Array) -> Array:
     """
     bending = check_pairs(bending, pitch_radii, "bending")
     xp, radii = namespace(bending), parameters(pitch_radii, bending)
-    parts = [part for k in range(bending.shape[-2]) for part in split(bending[..., k, :])]
-    return xp.stack(coupled(parts, radii), -1).reshape(bending.shape)
+    return xp.stack(coupled(split_segments(bending), radii), -1).reshape(bending.shape)
 
 
 def coupled(parts: Sequence[Number], pitch_radii: Array) -> list[Number]:

@@ -11,7 +11,7 @@ from clarke_gym._arrays import Array, namespace, parameter, parameters
 from clarke_gym._checks import check_last_axis, check_pairs
 from clarke_gym.arc_functions import half_angle_functions, half_angle_slope
 from clarke_gym.kinematics import Components, chain_poses
-from clarke_gym.quaternions import split, turned
+from clarke_gym.quaternions import split_segments, turned
 
 
 def segment_jacobian(bending: Array, length: Array | float) -> tuple[Array, Array]:
@@ -117,11 +117,12 @@ def tip_jacobian(bending: Array, lengths: Array, *, extensible: bool = False) ->
     """
     bending = check_pairs(bending, lengths, "bending")
     xp, lengths = namespace(bending), parameters(lengths, bending)
-    pairs = [split(bending[..., k, :]) for k in range(len(lengths))]
-    poses = chain_poses(pairs, lengths)
+    parts = split_segments(bending)
+    poses = chain_poses(parts, lengths)
     tip = poses[-1][0]
     columns, stretches = [], []
-    for k, ((x, y), length) in enumerate(zip(pairs, lengths, strict=True)):
+    for k, length in enumerate(lengths):
+        x, y = parts[2 * k], parts[2 * k + 1]
         position, quaternion = _arc_slopes(x, y, length)
         cosine, h = half_angle_functions(x * x + y * y)
         a, b = -y * h, x * h

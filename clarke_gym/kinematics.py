@@ -33,7 +33,7 @@ from clarke_gym.coupling import decoupled as decoupled
 from clarke_gym.dome import dome_density as dome_density
 from clarke_gym.dome import sample_dome as sample_dome
 from clarke_gym.quaternions import Components as Components
-from clarke_gym.quaternions import product, split, turned
+from clarke_gym.quaternions import product, split_segments, turned
 from clarke_gym.quaternions import quaternion_multiply as quaternion_multiply
 from clarke_gym.quaternions import rotate as rotate
 
@@ -131,8 +131,7 @@ def segment_ends(bending: Array, lengths: Array) -> tuple[list[Array], list[Arra
     """
     bending = check_pairs(bending, lengths, "bending")
     xp, lengths = namespace(bending), parameters(lengths, bending)
-    parts = [part for k in range(len(lengths)) for part in split(bending[..., k, :])]
-    poses = chain_poses(parts, lengths)
+    poses = chain_poses(split_segments(bending), lengths)
     return [xp.stack(p, -1) for p, _ in poses], [xp.stack(q, -1) for _, q in poses]
 
 

@@ -72,6 +72,26 @@ def split(array: Array) -> Components:
     return tuple(array[..., i] for i in range(array.shape[-1]))
 
 
+def split_segments(array: Array) -> list[Array]:
+    """Return the components of all segments, one after the other.
+
+    Parameters
+    ----------
+    array : array, shape (..., S, 2)
+
+    Returns
+    -------
+    list of 2S arrays, shape (...)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> split_segments(np.array([[[1.0, 2.0], [3.0, 4.0]]]))[2]
+    array([3.])
+    """
+    return [array[..., k, i] for k in range(array.shape[-2]) for i in (0, 1)]
+
+
 def product(first: Components, second: Components) -> Components:
     """Return the Hamilton product by components.
 
