@@ -11,7 +11,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.engine import QuietEngine
+from clarke_gym.physics.batch_engine import QuietEngine
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import Profile, build_chain
 from clarke_gym.robots import Robot, Segment

@@ -74,6 +74,16 @@ class JointVector:
             off[rows] = 0.0
         return JointVector(parts, off)
 
+    def broken(self) -> NDArray[np.bool_] | None:
+        """Return which robots' vectors hold what is no finite number; None for none."""
+        off: Any = self.off_manifold
+        total: Any = sum(self.parts)
+        if isinstance(total, float):
+            total = total if off is None else total + sum(off)
+            return None if math.isfinite(total) else np.array([True])
+        total = total if off is None else total + off.sum(1)
+        return None if math.isfinite(total.sum()) else np.logical_not(np.isfinite(total))
+
     def get_state(self) -> dict[str, Any]:
         """Return a copy as arrays and lists."""
         off = self.off_manifold

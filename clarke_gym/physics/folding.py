@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from operator import sub
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,38 +12,15 @@ from numpy.typing import NDArray
 from clarke_gym._arrays import FloatArray
 from clarke_gym._linear_map import LinearMap
 from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.engine import Engine, SingleEngine
+from clarke_gym.physics.control_steps import WholeSteps, ramp_rates
+from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.single_engine import SingleEngine
 from clarke_gym.physics.tendons import TendonSprings
 
 Motion: TypeAlias = tuple[JointVector, JointVector]
 """Where the drives are before and after a control step."""
 
 _ROW = np.array([0])
-
-
-def ramp_rates(start: Any, end: Any, duration: float) -> Any:
-    """Return the rates at which commanded lengths change in a control step.
-
-    Parameters
-    ----------
-    start, end : ndarray or list of float
-        Lengths before and after [m].
-    duration : float
-        [s].
-
-    Returns
-    -------
-    ndarray or list of float
-        [m/s].
-
-    Examples
-    --------
-    >>> ramp_rates([0.0, 0.5], [0.5, 0.5], 0.25)
-    [2.0, 0.0]
-    """
-    if isinstance(start, list):
-        return [gap / duration for gap in map(sub, end, start)]
-    return (end - start) / duration
 
 
 class FoldedSteps:
@@ -58,7 +34,7 @@ class FoldedSteps:
     engine : Engine
         The robots with folded tendons.
     make_whole : callable
-        Makes the engine of the same robots with all their tendons, once it is needed.
+        Makes what runs the same robots with all their tendons, once it is needed.
     springs : TendonSprings
     to_clarke : ndarray, shape (nq, 2S)
         Maps joint coordinates to Clarke coordinates.
@@ -69,7 +45,7 @@ class FoldedSteps:
     def __init__(
         self,
         engine: Engine,
-        make_whole: Callable[[], Engine],
+        make_whole: Callable[[], WholeSteps],
         springs: TendonSprings,
         to_clarke: FloatArray,
         steps: int,
@@ -84,85 +60,67 @@ class FoldedSteps:
         self._held: tuple[JointVector, Any] | None = None
 
     @cached_property
-    def _whole(self) -> Engine:
+    def _whole(self) -> WholeSteps:
         return self._make_whole()
 
-    def run(
-        self,
-        active: NDArray[np.bool_] | None,
-        start: JointVector,
-        end: JointVector,
-    ) -> NDArray[np.bool_] | None:
-        """Advance the robots `active` (None for all) by one control step.
+    def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
+        """Advance the robots `rows` (None for all) by one control step.
 
         Parameters
         ----------
-        active : ndarray of bool, shape (B,), or None
+        rows : ndarray of int, or None
         start, end : JointVector
             The drives before and after.
-
-        Returns
-        -------
-        ndarray of bool, shape (B,), or None
-            Robots whose drives are nowhere; None for none.
         """
         first, last = self._lengths(start), self._springs.folded_lengths(end)
         self._held = end, last
         rates = ramp_rates(first, last, self._duration)
         if not self._watch_slack:
-            rows = None if active is None else np.flatnonzero(active)
-            return self._engine.run(rows, first, rates, self._steps)
+            self._engine.run(rows, first, rates, self._steps)
+            return
         if self._single is None:
-            return self._run_batch(active, (start, end), (first, last), rates)
+            self._run_batch(rows, (start, end), (first, last), rates)
+            return
         # The scalar environment's robot, whose lengths come as floats.
         on_manifold = start.off_manifold is None
         if on_manifold or not self._starts_loose(start, first)[0]:
-            given_up = self._single.run(None, first, rates, self._steps)
+            self._single.run(None, first, rates, self._steps)
             if on_manifold and end.off_manifold is None:
                 meanwhile = self._single.lengths_meanwhile()
                 after = self._single.tendon_lengths()
                 if self._springs.surely_taut(first, last, meanwhile, after):
-                    return given_up
+                    return
             ends = np.array([first]), np.array([last])
             acted = self._single.acted
             if not self._went_slack((start, end), ends, acted, self._actual_lengths())[0]:
-                return given_up
-        return self._run_whole(_ROW, (start, end))
+                return
+        self._run_whole(_ROW, (start, end))
 
     def _run_batch(
         self,
-        active: NDArray[np.bool_] | None,
+        rows: NDArray[np.intp] | None,
         drives: Motion,
         ends: tuple[FloatArray, FloatArray],
         rates: FloatArray,
-    ) -> NDArray[np.bool_]:
+    ) -> None:
         start, end = drives
-        rows = None if active is None else np.flatnonzero(active)
-        failed = np.zeros(len(rates), dtype=bool)
         if start.off_manifold is not None:
             # A robot that starts slack need not be tried with folded tendons first.
             loose = self._starts_loose(start, ends[0])
-            loose = loose if active is None else loose & active
-            if loose.any():
-                again = np.flatnonzero(loose)
-                given_up = self._run_whole(again, drives)
-                failed[again] = False if given_up is None else given_up[again]
-                rows = np.flatnonzero(~loose if active is None else active & ~loose)
+            if np.count_nonzero(loose):
+                rows = np.arange(len(rates)) if rows is None else rows
+                self._run_whole(rows[loose[rows]], drives)
+                rows = rows[~loose[rows]]
                 if not rows.size:
-                    return failed
-        given_up = self._engine.run(rows, ends[0], rates, self._steps)
-        if given_up is not None:
-            failed |= given_up
+                    return
+        self._engine.run(rows, ends[0], rates, self._steps)
         acted, length, watched = self._engine.acted, self._actual_lengths(), drives
         if rows is not None:
             ends, acted, length = (ends[0][rows], ends[1][rows]), acted[rows], length[rows]
             watched = start.rows(rows), end.rows(rows)
         slack = self._went_slack(watched, ends, acted, length)
         if np.count_nonzero(slack):
-            again = np.flatnonzero(slack) if rows is None else rows[slack]
-            given_up = self._run_whole(again, drives)
-            failed[again] = False if given_up is None else given_up[again]
-        return failed
+            self._run_whole(np.flatnonzero(slack) if rows is None else rows[slack], drives)
 
     def _starts_loose(self, start: JointVector, first: Any) -> NDArray[np.bool_]:
         gap = self._actual_lengths() - first
@@ -195,12 +153,10 @@ class FoldedSteps:
             return self._to_folded.of_numbers(self._single.qpos[0])[None]
         return self._to_folded.of_rows(self._engine.qpos)
 
-    def _run_whole(self, rows: NDArray[np.intp], drives: Motion) -> NDArray[np.bool_] | None:
+    def _run_whole(self, rows: NDArray[np.intp], drives: Motion) -> None:
         """Run the control step of the robots `rows` with all their tendons."""
-        whole, engine = self._whole, self._engine
-        whole.place(rows, *engine.kept(rows))
-        targets = self._springs.lengths(drives[0]), self._springs.lengths(drives[1])
-        rates = ramp_rates(*targets, self._duration)
-        given_up = whole.run(rows, targets[0], rates, self._steps)
-        engine.place(rows, whole.qpos[rows], whole.qvel[rows])
-        return given_up
+        if rows.size:
+            whole, engine = self._whole.engine, self._engine
+            whole.place(rows, *engine.kept(rows))
+            self._whole.run(rows, *drives)
+            engine.place(rows, whole.qpos[rows], whole.qvel[rows])

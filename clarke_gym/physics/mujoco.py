@@ -15,9 +15,11 @@ from clarke_gym._checks import check_choice, check_count, check_vector
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.batch_engine import BatchEngine
+from clarke_gym.physics.control_steps import WholeSteps
 from clarke_gym.physics.drives import Drives
-from clarke_gym.physics.engine import BatchEngine, Engine, SingleEngine
-from clarke_gym.physics.folding import FoldedSteps, ramp_rates
+from clarke_gym.physics.engine import Engine
+from clarke_gym.physics.folding import FoldedSteps
 from clarke_gym.physics.links import Chain
 from clarke_gym.physics.mjcf import (
     PROFILES,
@@ -25,6 +27,7 @@ from clarke_gym.physics.mjcf import (
     build_chain,
     substeps,
 )
+from clarke_gym.physics.single_engine import SingleEngine
 from clarke_gym.physics.tendons import TendonSprings
 from clarke_gym.robots import Robot
 
@@ -128,10 +131,14 @@ class MujocoPhysics:
         to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
         self._to_clarke = LinearMap(to_clarke)
         self._axes_folded = self.chain.folded and self._springs.aligned
-        self._folded: FoldedSteps | None = None
+        self._steps: FoldedSteps | WholeSteps
         if self.chain.folded:
-            self._folded = FoldedSteps(
+            self._steps = FoldedSteps(
                 self._engine, self._make_whole, self._springs, to_clarke, self._substeps
+            )
+        else:
+            self._steps = WholeSteps(
+                self._engine, self._springs, self._substeps, self._tension_driven
             )
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
@@ -151,9 +158,9 @@ class MujocoPhysics:
             return SingleEngine(chain)
         return BatchEngine(chain, self.num_envs, self._threads)
 
-    def _make_whole(self) -> Engine:
+    def _make_whole(self) -> WholeSteps:
         """Return the same robots with all their tendons, for steps in which one is slack."""
-        return self._make_engine(folded=False)
+        return WholeSteps(self._make_engine(folded=False), self._springs, self._substeps)
 
     @property
     def state(self) -> RobotState:
@@ -263,20 +270,15 @@ class MujocoPhysics:
             end = self._drives.approach(start, command)
         engine = self._engine
         engine.keep()
-        active = ~self._diverged if stopped else None
-        if self._folded is not None:
-            failed = self._folded.run(active, start, end)
-        else:
-            rows = None if active is None else np.flatnonzero(active)
-            failed = engine.run(rows, *self._targets(start, end), self._substeps)
+        self._steps.run(np.flatnonzero(~self._diverged) if stopped else None, start, end)
+        broken = end.broken()  # MuJoCo would take 0 for what is no number
         # For one robot the sum of squares is mostly enough, for many one look at all joints while
         # nothing is wrong; nan fails all comparisons.
         small = engine.angle_norm() <= MAX_JOINT_ANGLE_RAD
         small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
-        if active is not None or failed is not None or not small:
-            straight = (np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1)
-            failed = np.logical_not(straight) if failed is None else failed | ~straight
-            end = self._stop(failed, start, end)
+        if stopped or broken is not None or not small:
+            failed = np.logical_not((np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1))
+            end = self._stop(failed if broken is None else failed | broken, start, end)
         self._drive = end
         self._state = None
 
@@ -288,18 +290,6 @@ class MujocoPhysics:
             return end
         self._engine.place(still, self._engine.kept(still)[0], 0.0)
         return end.with_rows(still, start.clarke[still])
-
-    def _targets(
-        self, start: JointVector, end: JointVector
-    ) -> tuple[FloatArray | None, FloatArray]:
-        """Return the actuators' lengths at the start and their control: rates, or tensions."""
-        if self._tension_driven:
-            tension = end.joint(self.robot)
-            tension = np.where(self._springs.pulls_only, np.maximum(tension, 0.0), tension)
-            return None, tension
-        straight = self._engine.straight if self._chord else 0.0
-        first, last = (straight + self._springs.lengths(drive) for drive in (start, end))
-        return first, ramp_rates(first, last, self._substeps * self.chain.model.opt.timestep)
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
