@@ -6,7 +6,6 @@ import math
 import sys
 from array import array as c_array
 from collections.abc import Sequence
-from operator import sub
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -111,13 +110,6 @@ def parameters(values: Array, like: Array) -> list[Number]:
     if getattr(values, "ndim", 1) > 1:
         return [parameter(values[..., k], like) for k in range(values.shape[-1])]
     return [parameter(value, like) for value in values]
-
-
-def gaps64(ends: Sequence[Number], starts: Sequence[Number]) -> list[Number]:
-    """Return the differences of components in double precision."""
-    if isinstance(ends[0], float):
-        return list(map(sub, ends, starts))
-    return [a.astype(np.float64) - b for a, b in zip(ends, starts, strict=True)]
 
 
 def not_finite(action: NDArray[Any]) -> str:

@@ -45,14 +45,13 @@ class SingleEngine(Engine):
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
         self._name_history(data.history[None])
         self._acted_later = self.acted[0, :, 1:]
-        self._ready = False
-        self._now: list[float] | None = None
+        self._begin_step()
 
     def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
         """Put the simulation somewhere; see `Engine.place`."""
         del rows
         self.qpos[:], self.qvel[:] = qpos, qvel
-        self._ready, self._now = False, None
+        self._begin_step()
 
     def angle_norm(self) -> float:
         """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""
@@ -68,16 +67,14 @@ class SingleEngine(Engine):
         qpos, qvel = (np.frombuffer(part)[None] for part in self._kept_bytes)
         return qpos, qvel
 
-    def _make_ready(self) -> None:
-        """Do the first half of a time step, unless nothing has changed since it was done."""
-        if not self._ready:
-            _step1(self._model, self._data)
-            self._ready = True
+    def _begin_step(self) -> None:
+        """Do the first half of a time step: what follows from where the simulation is."""
+        _step1(self._model, self._data)
+        self._now: list[float] = self._lengths.tolist()
 
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulation, whichever `rows` says; see `Engine.run`."""
         del rows
-        self._make_ready()
         if not isinstance(control, list):
             start, control = None if start is None else start[0].tolist(), control[0].tolist()
         if start is not None:
@@ -87,14 +84,10 @@ class SingleEngine(Engine):
         _step2(model, data)
         if steps > 1:
             _step(model, data, steps - 1)
-        _step1(model, data)
-        self._now = None
+        self._begin_step()
 
     def tendon_lengths(self) -> list[float]:
         """Return the lengths of tendons; see `Engine.tendon_lengths`."""
-        if self._now is None:
-            self._make_ready()
-            self._now = self._lengths.tolist()
         return self._now
 
     def lengths_meanwhile(self) -> list[list[float]]:
@@ -104,10 +97,8 @@ class SingleEngine(Engine):
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tip's position [m] and orientation (w, x, y, z)."""
-        self._make_ready()
         return self._tip_position.tolist(), self._tip_quaternion.tolist()
 
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
         del stage  # both are done together
-        self._make_ready()
         return [getattr(self._data, field)[None] for field in fields]

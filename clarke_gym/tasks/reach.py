@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, float32, from_components, gaps64, namespace
+from clarke_gym._arrays import FloatArray, FloatMath, Number, float32, from_components, namespace
 from clarke_gym._checks import check_choice, check_positive
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.robots import Robot
@@ -105,8 +105,11 @@ class Reach:
             ``tip_error_m``, ``tip_error_percent`` (of the length), ``is_success`` and the terms
             ``reward_closeness`` and ``reward_precision``.
         """
-        x, y, z = gaps64(achieved, desired)
+        (x, y, z), (u, v, w) = achieved, desired
         xp = namespace(x)
+        if xp is not FloatMath:
+            x, y, z = (part.astype(np.float64) for part in (x, y, z))
+        x, y, z = x - u, y - v, z - w
         error = xp.sqrt(x * x + y * y + z * z)
         success = error <= self.success_tolerance
         closeness = 0.5 / (1.0 + error / CLOSENESS_SCALE)
