@@ -14,46 +14,8 @@ from clarke_gym._arrays import Array, FloatArray, array_namespace, as_floating, 
 from clarke_gym._checks import check_pairs
 from clarke_gym.arc_functions import angle_over_sine
 from clarke_gym.robots import Robot, Segment
-
-
-def bending_stiffness(segment: Segment) -> float:
-    """Return E I of a segment's round backbone.
-
-    Parameters
-    ----------
-    segment : Segment
-
-    Returns
-    -------
-    float
-        [N m^2]
-
-    Examples
-    --------
-    >>> round(bending_stiffness(Segment()), 5)
-    0.01018
-    """
-    return segment.youngs_modulus_pa * np.pi * segment.backbone_diameter_m**4 / 64.0
-
-
-def axial_stiffness(segment: Segment) -> float:
-    """Return E A of a segment's round backbone.
-
-    Parameters
-    ----------
-    segment : Segment
-
-    Returns
-    -------
-    float
-        [N]
-
-    Examples
-    --------
-    >>> round(axial_stiffness(Segment()))
-    83127
-    """
-    return segment.youngs_modulus_pa * np.pi * segment.backbone_diameter_m**2 / 4.0
+from clarke_gym.stiffness import axial_stiffness as axial_stiffness
+from clarke_gym.stiffness import bending_stiffness as bending_stiffness
 
 
 def _tension_maps(robot: Robot) -> tuple[FloatArray, FloatArray]:

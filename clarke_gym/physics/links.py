@@ -12,6 +12,7 @@ from clarke_gym._arrays import FloatArray
 from clarke_gym.physics.discretisation import joint_positions
 from clarke_gym.physics.tendons import tendon_offsets
 from clarke_gym.robots import Robot, Segment
+from clarke_gym.stiffness import bending_stiffness, torsional_stiffness
 
 MIN_DAMPING_TIME_S = 1e-3
 DISK_RIM_M = 1e-3  # how far a disk reaches beyond its outermost tendon hole
@@ -96,9 +97,8 @@ class Backbone:
         # Mirrored orders x y | z y x: a product of rotations that is symmetric about the element's
         # middle has no twist of second order.
         piece = segment.length_m / (2 * elements)
-        second_moment = math.pi * segment.backbone_diameter_m**4 / 64.0
-        bending = segment.youngs_modulus_pa * second_moment / piece
-        twisting = segment.shear_modulus_pa * 2.0 * second_moment / (2.0 * piece)
+        bending = bending_stiffness(segment) / piece
+        twisting = torsional_stiffness(segment) / (2.0 * piece)
         # Backward Euler damps like an extra time constant of one step.
         tau = max(MIN_DAMPING_TIME_S, segment.damping_time_s - step)
         for axis in "xy" if i % 2 else "zyx":

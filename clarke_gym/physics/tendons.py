@@ -12,7 +12,7 @@ from clarke_gym._arrays import FloatArray
 from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.physics.base import JointVector
 from clarke_gym.robots import Robot, Segment, block_diagonal
-from clarke_gym.statics import bending_stiffness
+from clarke_gym.stiffness import bending_stiffness
 
 
 def tendon_offsets(segment: Segment) -> FloatArray:
