@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, components
+from clarke_gym._arrays import FloatArray
 from clarke_gym._checks import check_choice, check_count, check_vector
-from clarke_gym._linear_map import LinearMap, map_rows
+from clarke_gym._linear_map import map_rows
 from clarke_gym.kinematics import rotate
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.physics.batch_engine import BatchEngine
 from clarke_gym.physics.control_steps import WholeSteps
+from clarke_gym.physics.displacements import Displacements
 from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.engine import Engine
 from clarke_gym.physics.folding import FoldedSteps
@@ -127,19 +128,8 @@ class MujocoPhysics:
         self._springs = TendonSprings(robot)
         self._engine = self._make_engine()
         self._tension_driven = actuation == "tension"
-        self._chord = routing == "chord"
-        to_clarke = self.chain.bending_sum.T * np.repeat(robot.pitch_radii, 2)
-        self._to_clarke = LinearMap(to_clarke)
-        self._axes_folded = self.chain.folded and self._springs.aligned
-        self._steps: FoldedSteps | WholeSteps
-        if self.chain.folded:
-            self._steps = FoldedSteps(
-                self._engine, self._make_whole, self._springs, to_clarke, self._substeps
-            )
-        else:
-            self._steps = WholeSteps(
-                self._engine, self._springs, self._substeps, self._tension_driven
-            )
+        self._displacements = Displacements(self._engine, self._springs, routing == "chord")
+        self._steps = self._make_steps()
         start = np.zeros((num_envs, robot.n_segments, 2))
         self._drive = JointVector.from_clarke(start, scalar=scalar)
         self._set_diverged(np.zeros(num_envs, dtype=bool))
@@ -158,35 +148,26 @@ class MujocoPhysics:
             return SingleEngine(chain)
         return BatchEngine(chain, self.num_envs, self._threads)
 
-    def _make_whole(self) -> WholeSteps:
-        """Return the same robots with all their tendons, for steps in which one is slack."""
-        return WholeSteps(self._make_engine(folded=False), self._springs, self._substeps)
+    def _make_steps(self) -> FoldedSteps | WholeSteps:
+        """Return what runs control steps."""
+        springs, substeps = self._springs, self._substeps
+        if not self.chain.folded:
+            return WholeSteps(self._engine, springs, substeps, self._tension_driven)
+
+        def make_whole() -> WholeSteps:
+            return WholeSteps(self._make_engine(folded=False), springs, substeps)
+
+        to_clarke = self._displacements.to_clarke
+        return FoldedSteps(self._engine, make_whole, springs, to_clarke, substeps)
 
     @property
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
             tip, quaternion = self._engine.tip_pose()
-            self._state = RobotState(self._displacement(), tip, quaternion, self._diverged)
+            displacement = self._displacements.achieved()
+            self._state = RobotState(displacement, tip, quaternion, self._diverged)
         return self._state
-
-    def _displacement(self) -> JointVector:
-        """Return the displacements that the shape takes up."""
-        robot = self.robot
-        if self._chord:
-            rows = -self._engine.stretch()
-            clarke = map_rows(rows, robot.encoder.T)
-            off = rows - map_rows(clarke, robot.decoder.T)
-            parts = components(clarke, self._scalar)
-            return JointVector(parts, off[0].tolist() if self._scalar else off)
-        if self._axes_folded:  # the virtual tendons shorten by just these numbers
-            lengths = self._engine.tendon_lengths()
-            if self._scalar:
-                return JointVector([-length for length in lengths])
-            return JointVector(components(-lengths, False))
-        if self._scalar:
-            return JointVector(self._to_clarke.of_numbers(self._engine.qpos[0]).tolist())
-        return JointVector(components(self._to_clarke.of_rows(self._engine.qpos), False))
 
     @property
     def chain(self) -> Chain:
@@ -228,10 +209,7 @@ class MujocoPhysics:
     @property
     def velocity(self) -> FloatArray:
         """Rate of every tendon's displacement [m/s], shape (B, N), at the current state."""
-        if self._chord:
-            return -self._engine.stretch_rate()
-        rates = self._to_clarke.of_rows(self._engine.qvel)
-        return map_rows(rates, self.robot.decoder.T)
+        return self._displacements.rates()
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
