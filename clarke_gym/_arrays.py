@@ -29,8 +29,16 @@ class FloatMath:
 
     pi = math.pi
     sqrt = staticmethod(math.sqrt)
-    maximum = staticmethod(max)
-    minimum = staticmethod(min)
+
+    @staticmethod
+    def maximum(a: float, b: Any) -> float:
+        """Return the larger number, faster than `max`."""
+        return float(b) if b > a else a
+
+    @staticmethod
+    def minimum(a: float, b: float) -> float:
+        """Return the smaller number, faster than `min`."""
+        return b if b < a else a
 
     @staticmethod
     def cos(x: float) -> float:

@@ -59,6 +59,7 @@ class ActionCodec:
         self._raw = name == "raw"
         self._plain = self._raw or self._same
         self._shape = core.single_or_batch(representation.size)
+        self._one = len(self._shape) == 1
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
         """Return the joint-space action in float64, so that it is on the manifold to rounding."""
@@ -83,7 +84,7 @@ class ActionCodec:
         array: NDArray[Any] = np.asarray(action)
         if array.shape != self._shape:
             self._refuse_shape(array)
-        one = array.ndim == 1
+        one = self._one
         if not (one and self._plain and array.dtype is _SINGLE):  # what needs no conversion
             array = array.astype(np.float64, copy=False)
         numbers: Any = array.tolist() if one else array
