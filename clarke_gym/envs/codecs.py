@@ -7,6 +7,7 @@ by a small matrix, or by none at all, at a cost that does not depend on the numb
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from operator import add, mul
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -132,8 +133,7 @@ class ObservationCodec:
         self._least_bound = float(self._high.min())
         onto = encoder @ (robot.decoder / robot.joint_scale[:, None])
         self._tail = core.task_size()
-        matrix = block_diagonal([onto.T] * blocks + [np.eye(self._tail)])
-        self._assemble = LinearMap(matrix.astype(np.float32), columns=True)
+        self._assemble = LinearMap(self._on_blocks(onto), columns=True)
         residual = encoder - encoder @ robot.decoder @ robot.encoder
         self._sees_off = bool(np.abs(residual).max() > _TINY)
         raw = np.array_equal(encoder, np.eye(len(encoder)))
@@ -146,9 +146,16 @@ class ObservationCodec:
             diagonal = np.diag(onto)
             if np.abs(onto - np.diag(diagonal)).max() < _TINY * diagonal.max():
                 self._scales = diagonal.tolist() * blocks
-        self._encode = LinearMap(
-            block_diagonal([encoder.T] * blocks + [np.eye(self._tail)]).astype(np.float32)
-        )
+
+    def _on_blocks(self, matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the map of rows that does the same to every joint block, nothing to the rest."""
+        blocks = [matrix.T] * len(JOINT_BLOCKS)
+        return block_diagonal([*blocks, np.eye(self._tail)]).astype(np.float32)
+
+    @cached_property
+    def _encode(self) -> LinearMap:
+        """Maps observations that foreign layers have handled in joint space."""
+        return LinearMap(self._on_blocks(self.representation.encoder))
 
     def space(self, like: spaces.Space[Any]) -> spaces.Space[Any]:
         """Return the space of one environment's observations, given that of another codec's."""
