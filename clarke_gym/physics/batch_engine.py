@@ -54,6 +54,12 @@ class BatchEngine(Engine):
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
         self._name_history(self._batch.bind("history"))
+        self._stale = np.ones(num_envs, dtype=bool)  # placed since positions were last computed
+
+    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+        """Put the simulations `rows` somewhere; see `Engine.place`."""
+        super().place(rows, qpos, qvel)
+        self._stale[rows] = True
 
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
@@ -61,11 +67,15 @@ class BatchEngine(Engine):
             self._activation[:] = start
         self._control[:] = control
         with self._quiet:
-            self._batch.step(rows, nstep=steps)
+            # The same call computes where the bodies are afterwards.
+            self._batch.step(rows, nstep=steps, stage=POSITIONS)
+        self._stale[slice(None) if rows is None else rows] = False
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
-        self._batch.forward(stage=POSITIONS)
+        if np.count_nonzero(self._stale):
+            self._batch.forward(np.flatnonzero(self._stale), stage=POSITIONS)
+            self._stale[:] = False
         poses = self._sites[:, self._tip], self._quaternions[:, -1]
         return components(poses[0].copy(), False), components(poses[1].copy(), False)
 

@@ -39,8 +39,8 @@ class SingleEngine(Engine):
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
         self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
-        # Of each kind of warning MuJoCo writes the first one to a log file in the working directory,
-        # and only counts the rest: as if there had been one, it stays quiet.
+        # Of each kind of warning MuJoCo writes the first to a log file in the working directory and
+        # only counts the rest: as if there had been one, it stays quiet.
         data.warning.number[:] = 1
         self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
         self._name_history(data.history[None])
