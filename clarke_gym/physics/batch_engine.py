@@ -10,7 +10,7 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from clarke_gym._arrays import FloatArray, Number, components
-from clarke_gym.physics.engine import POSITIONS, Engine
+from clarke_gym.physics.engine import NOTHING, POSITIONS, Engine
 from clarke_gym.physics.links import Chain
 
 
@@ -41,10 +41,13 @@ class BatchEngine(Engine):
         Batch size B.
     threads : int
         Threads to step on.
+    poses : bool
+        Whether every step computes where the bodies are afterwards.
     """
 
-    def __init__(self, chain: Chain, num_envs: int, threads: int) -> None:
+    def __init__(self, chain: Chain, num_envs: int, threads: int, poses: bool = True) -> None:
         super().__init__(chain)
+        self._stage = POSITIONS if poses else NOTHING
         self._batch = Batch(chain.model, num_envs, threads)
         self._quiet = QuietEngine()
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
@@ -54,7 +57,7 @@ class BatchEngine(Engine):
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
         self._name_history(self._batch.bind("history"))
-        self._stale = np.ones(num_envs, dtype=bool)  # placed since positions were last computed
+        self._stale = np.ones(num_envs, dtype=bool)  # where positions are not those of now
 
     def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
         """Put the simulations `rows` somewhere; see `Engine.place`."""
@@ -67,9 +70,8 @@ class BatchEngine(Engine):
             self._activation[:] = start
         self._control[:] = control
         with self._quiet:
-            # The same call computes where the bodies are afterwards.
-            self._batch.step(rows, nstep=steps, stage=POSITIONS)
-        self._stale[slice(None) if rows is None else rows] = False
+            self._batch.step(rows, nstep=steps, stage=self._stage)
+        self._stale[slice(None) if rows is None else rows] = self._stage == NOTHING
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""

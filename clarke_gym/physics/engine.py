@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from clarke_gym._arrays import FloatArray, Number
 from clarke_gym.physics.links import Chain
 
+NOTHING = int(mujoco.mjtStage.mjSTAGE_NONE)
 POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 VELOCITIES = int(mujoco.mjtStage.mjSTAGE_VEL)
 

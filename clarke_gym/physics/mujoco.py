@@ -146,7 +146,7 @@ class MujocoPhysics:
         )
         if self._scalar:
             return SingleEngine(chain)
-        return BatchEngine(chain, self.num_envs, self._threads)
+        return BatchEngine(chain, self.num_envs, self._threads, poses=folded is None)
 
     def _make_steps(self) -> FoldedSteps | WholeSteps:
         """Return what runs control steps."""
