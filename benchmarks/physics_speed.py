@@ -185,6 +185,21 @@ def overhead() -> list[str]:
     return lines
 
 
+def draw(costs: dict[tuple[int, str], list[float]]) -> Figure:
+    """Return the figure of microseconds a control step, by segments and "taut" or "slack"."""
+    figure = Figure((6.5, 3.5))
+    axis = figure.subplots()
+    for (segments, kind), cost in costs.items():
+        style = "o-" if kind == "taut" else "o:"
+        noun = "segment" if segments == 1 else "segments"
+        axis.plot(COUNTS, cost, style, color=f"C{segments}", label=f"{segments} {noun}, {kind}")
+    axis.set(xlabel="tendons a segment", ylabel="us a control step", yscale="log")
+    axis.grid(alpha=0.3)
+    axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), reverse=True)
+    figure.tight_layout()
+    return figure
+
+
 def main() -> None:
     """Measure, print and write a table and a figure."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.physics_speed")
@@ -206,23 +221,18 @@ def main() -> None:
         "| segments | tendons a segment | fast, taut | over n = 3 | fast, slack | accurate |",
         "| ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
-    figure = Figure((5.0, 3.5))
-    axis = figure.subplots()
+    costs: dict[tuple[int, str], list[float]] = {}
     for s in SEGMENTS:
-        cost = [1e6 * times[f"{s} {n} taut"] / BATCH for n in COUNTS]
-        axis.plot(COUNTS, cost, "o-", label=f"{s} segments, taut")
-        slack = [1e6 * times[f"{s} {n} slack"] / BATCH for n in COUNTS]
-        axis.plot(COUNTS, slack, "o:", label=f"{s} segments, slack")
+        for kind in ("taut", "slack"):
+            costs[s, kind] = [1e6 * times[f"{s} {n} {kind}"] / BATCH for n in COUNTS]
+        cost = costs[s, "taut"]
         for n, taut in zip(COUNTS, cost, strict=True):
             rates = [BATCH / times[f"{s} {n} {k}"] for k in ("taut", "slack", "accurate")]
             lines.append(
                 f"| {s} | {n} | {rates[0]:,.0f} | {taut / cost[0]:.2f} "
                 f"| {rates[1]:,.0f} | {rates[2]:,.0f} |"
             )
-    axis.set(xlabel="tendons a segment", ylabel="us a control step", yscale="log")
-    axis.legend(fontsize=7)
-    figure.tight_layout()
-    figure.savefig(out / "physics_speed.png", dpi=120)
+    draw(costs).savefig(out / "physics_speed.png", dpi=120)
     lines += [
         "",
         f"Bare `mj_step` loop over environment step (1 is as fast), {1e3 * ENV_DT:g} ms control.",
