@@ -87,9 +87,9 @@ Command = (
 
 
 def _train(command: Train) -> int:
-    from agents.config import TrainConfig, load_config
-    from agents.study import progress_bar, run_folder
-    from agents.training import train
+    from agents.learning.training import train
+    from agents.studies.config import TrainConfig, load_config
+    from agents.studies.study import progress_bar, run_folder
 
     overrides = dict(command.set)
     if command.seed is not None:
@@ -103,14 +103,14 @@ def _train(command: Train) -> int:
 
 
 def _evaluate(command: Evaluate) -> int:
-    from agents.evaluation import evaluate_run
+    from agents.learning.evaluation import evaluate_run
 
     print(evaluate_run(command.run, command.agent, command.goals))
     return 0
 
 
 def _play(command: Play) -> int:
-    from agents.play import play
+    from agents.learning.play import play
 
     frames = play(command.run, command.agent, command.out, command.episodes)
     print(f"{command.out}: {frames} frames")
@@ -118,8 +118,8 @@ def _play(command: Play) -> int:
 
 
 def _study(command: Study) -> int:
-    from agents.config import StudyConfig, load_config
-    from agents.study import run_study
+    from agents.studies.config import StudyConfig, load_config
+    from agents.studies.study import run_study
 
     config = load_config(StudyConfig, command.config, dict(command.set))
     folder = command.out or RUNS / config.name
@@ -129,7 +129,7 @@ def _study(command: Study) -> int:
 
 
 def _report(command: Report) -> int:
-    from agents.report import write_report
+    from agents.reporting.report import write_report
 
     print(f"report: {write_report(command.study, command.out)}")
     return 0
@@ -138,7 +138,7 @@ def _report(command: Report) -> int:
 def main() -> int:
     """Run the command line; expected errors are one line, not a traceback."""
     command: Train | Evaluate | Play | Study | Report = tyro.cli(Command, description=__doc__)
-    from agents.config import ConfigError
+    from agents.studies.config import ConfigError
 
     try:
         match command:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from agents.config import ROOT, ConfigError
+from agents.studies.config import ROOT, ConfigError
 
 PACKAGES = ("clarke_gym", "gymnasium", "mujoco", "numpy", "stable_baselines3", "torch")
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from agents.config import EnvSettings
-from agents.controllers import make_controller
-from agents.evaluation import HeldOutEvaluation
 from agents.files import write_text
-from clarke_gym._arrays import FloatArray
+from agents.learning.evaluation import HeldOutEvaluation
+from agents.studies.config import EnvSettings
+from clarke_gym.control.controllers import make_controller
+from clarke_gym.numerics.arrays import FloatArray
 
 PHYSICS = {"constant_curvature": 1.0, "mujoco": 3.0}
 """Each physics and the largest error that is asked for [% of length]."""

@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from agents.files import write_text
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 
 BATCH = 256
 EPISODE = 50

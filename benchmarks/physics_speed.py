@@ -22,12 +22,12 @@ from matplotlib.figure import Figure
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.timing import Workload, seconds_per_call
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import JointVector
-from clarke_gym.physics.mjcf import PROFILES
 from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.presets import make_robot
+from clarke_gym.physics.mujoco.model import PROFILES
 from clarke_gym.robots import Robot
+from clarke_gym.robots.presets import make_robot
 
 BATCH = 64
 CONTROL_DT = 0.02

@@ -15,10 +15,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from agents.config import ROOT, StudyConfig, load_config
-from agents.evaluation import HeldOutEvaluation, PolicyAgent
-from agents.sb3_vec_env import Sb3VecEnv
-from agents.training import train
+from agents.learning.evaluation import HeldOutEvaluation, PolicyAgent
+from agents.learning.training import train
+from agents.studies.config import ROOT, StudyConfig, load_config
+from clarke_gym.integrations.sb3 import Sb3VecEnv
 
 POLICY = "policy in evaluations"
 

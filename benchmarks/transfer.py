@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from agents.config import EnvSettings, TrainConfig, load_config
-from agents.evaluation import HeldOutEvaluation, load_agent
 from agents.files import write_text
-from agents.loading import load_study
-from agents.results import Arm
-from clarke_gym._arrays import FloatArray
+from agents.learning.evaluation import HeldOutEvaluation, load_agent
+from agents.reporting.loading import load_study
+from agents.reporting.results import Arm
+from agents.studies.config import EnvSettings, TrainConfig, load_config
+from clarke_gym.numerics.arrays import FloatArray
 
 COUNTS = (3, 4, 7, 11, 32)
 PHYSICS = ("constant_curvature", "mujoco")

@@ -8,6 +8,7 @@ Importing the package registers its environments with Gymnasium:
 Box(-1.0, 1.0, (2,), float32)
 """
 
+from clarke_gym import _paths_of_0_1
 from clarke_gym.registration import register_environments
 from clarke_gym.wrappers import (
     ClarkeAction,
@@ -26,4 +27,5 @@ __all__ = [
     "__version__",
 ]
 
+_paths_of_0_1.keep()
 register_environments()

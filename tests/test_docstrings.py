@@ -8,10 +8,14 @@ import pytest
 
 import clarke_gym
 
+INTERNAL = ("clarke_gym.numerics", "clarke_gym.rendering.room", "clarke_gym.figures.canvas")
+"""Rooms that no user works in."""
+
 
 def public_modules():
     for found in pkgutil.walk_packages(clarke_gym.__path__, "clarke_gym."):
-        if not any(part.startswith("_") for part in found.name.split(".")):
+        private = any(part.startswith("_") for part in found.name.split("."))
+        if not private and not found.name.startswith(INTERNAL):
             yield importlib.import_module(found.name)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.validation.common import Row, save
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.robots import Robot, Segment

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from benchmarks.validation.common import Row, reference, save
 from benchmarks.validation.rod import Load, equilibrium
-from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.mjcf import PROFILES, build_chain
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.mujoco.model import PROFILES, build_chain
 from clarke_gym.robots import Robot, Segment
 
 BARS = {"median": 0.5, "worst": 1.5}  # % of length, profile "accurate" against CR

@@ -39,8 +39,8 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.validation.common import Row, reference, save
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray
-from clarke_gym.presets import PRESETS
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.robots.presets import PRESETS
 
 BAR = 4.1  # % of length: the lab's own model
 ACTIVE_SET_STEPS = 12

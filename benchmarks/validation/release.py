@@ -13,9 +13,9 @@ from mujoco.batch import Batch
 
 from benchmarks.validation.common import Row, reference, save
 from benchmarks.validation.rod import RODS, TO_Z_UP, Load, RodSpec, equilibrium, rod_chain
-from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.links import MIN_DAMPING_TIME_S
-from clarke_gym.physics.mjcf import PROFILES, substeps
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.mujoco.links import MIN_DAMPING_TIME_S
+from clarke_gym.physics.mujoco.model import PROFILES, substeps
 
 SAMPLE_S = 5e-3
 DURATION_S = 10.0

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from clarke_gym._arrays import FloatArray
-from clarke_gym.physics.batch_engine import QuietEngine
-from clarke_gym.physics.links import Chain
-from clarke_gym.physics.mjcf import Profile, build_chain
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.mujoco.batch_engine import QuietEngine
+from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.model import Profile, build_chain
 from clarke_gym.robots import Robot, Segment
 
 RELAXATION_S = 0.1  # damping time of the relaxation to equilibrium, not of any material

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.validation.common import Row, reference, save
 from benchmarks.validation.rod import RODS, Load, RodSpec, equilibrium, read_statics, rod_chain
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 
 # The public model's links and, for the bars, half of its mean error [% of length].
 LINKS: dict[int, float | None] = {8: None, 24: 0.35, 48: 0.1}

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clarke_gym._arrays import components
 from clarke_gym.envs.core import EnvCore
+from clarke_gym.numerics.arrays import components
 
 RENDER_MODES = ("rgb_array", "depth_array")
 

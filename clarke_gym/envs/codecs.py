@@ -15,12 +15,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import Number, components
-from clarke_gym._linear_map import LinearMap, map_rows
 from clarke_gym.envs.limits import Reading, check_finite
+from clarke_gym.numerics.arrays import Number, components
+from clarke_gym.numerics.linear_map import LinearMap, block_diagonal, map_rows
 from clarke_gym.physics.base import JointVector
-from clarke_gym.representations import make_representation, to_polar
-from clarke_gym.robots import block_diagonal
+from clarke_gym.representations.registry import make_representation, to_polar
 
 if TYPE_CHECKING:
     from clarke_gym.envs.core import EnvCore

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from clarke_gym._checks import check_choice, check_count, check_positive
-from clarke_gym.presets import make_robot
-from clarke_gym.robots import Robot
+from clarke_gym.numerics.checks import check_choice, check_count, check_positive
+from clarke_gym.robots.presets import make_robot
+from clarke_gym.robots.robot import Robot
 
 CONTROLS = ("increment", "absolute")
 PHYSICS = ("constant_curvature", "mujoco")
@@ -23,16 +23,16 @@ class EnvConfig:
     task : str
         "reach".
     robot : str
-        A name of `clarke_gym.presets.PRESETS`, e.g. "default", "two_segment", "hardware".
+        A name of `clarke_gym.robots.presets.PRESETS`, e.g. "default", "two_segment", "hardware".
     n_tendons : int, optional
         Tendons of every segment, at least 3 (default: the preset's).
     n_segments : int, optional
         Number of equal segments (default: the preset's). They share the length that the backbone
-        holds up, see `clarke_gym.presets.make_robot`, unless `segment_length_m` is given.
+        holds up, see `clarke_gym.robots.presets.make_robot`, unless `segment_length_m` is given.
     segment_length_m, pitch_radius_m, max_bending_rad : float, optional
         Dimensions of every segment (default: the preset's).
     material : str, optional
-        Backbone material, a name of `clarke_gym.materials.MATERIALS` (default: the preset's).
+        Backbone material, a name of `clarke_gym.robots.MATERIALS` (default: the preset's).
     physics : str
         "constant_curvature" (taut tendons: off-manifold commands change nothing in the shape) or
         "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).

@@ -12,19 +12,19 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, components, from_components
 from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.episodes import EpisodeStreams, Parts
 from clarke_gym.envs.limits import CommandLimits, Reading, largest_magnitude
+from clarke_gym.numerics.arrays import FloatArray, Number, components, from_components
 from clarke_gym.physics.base import JointVector, Physics
 from clarke_gym.physics.constant_curvature import ConstantCurvature
-from clarke_gym.robots import Robot
+from clarke_gym.robots.robot import Robot
 from clarke_gym.tasks.base import Task
 from clarke_gym.tasks.reach import Reach
 
 if TYPE_CHECKING:
-    from clarke_gym.rendering import Picture
+    from clarke_gym.rendering.picture import Picture
 
 BOUND_MARGIN = 1.0 + 1e-5
 """Room for float32 rounding between a value and the bound of its space."""
@@ -206,7 +206,7 @@ class EnvCore:
         if not self.begun:
             raise ResetNeeded("reset the environment before its first picture")
         if self._picture is None:
-            from clarke_gym.rendering import Picture  # loads OpenGL
+            from clarke_gym.rendering.picture import Picture  # loads OpenGL
 
             self._picture = Picture(self.robot, *size)
         points = max(segment.n_disks for segment in self.robot.segments)

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 
 BLOCK = 16
 

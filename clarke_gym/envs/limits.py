@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, Number, components, not_finite
-from clarke_gym._linear_map import LinearMap
+from clarke_gym.numerics.arrays import FloatArray, Number, components, not_finite
+from clarke_gym.numerics.linear_map import LinearMap
 from clarke_gym.physics.base import Joints, JointVector, shortened
-from clarke_gym.robots import Robot
+from clarke_gym.robots.robot import Robot
 
 OFF_MANIFOLD_RESOLUTION = 1e-6
 """Off-manifold parts below this share of an action are rounding (float32 actions carry 6e-8)."""

@@ -12,13 +12,13 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym._arrays import FloatArray
-from clarke_gym._checks import check_choice, check_count
 from clarke_gym.envs._shared import check_options, check_render_mode, goal_reward, render_rows
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.env import ContinuumRobotEnv
 from clarke_gym.envs.limits import Reading
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.checks import check_choice, check_count
 
 BoolArray = NDArray[np.bool_]
 

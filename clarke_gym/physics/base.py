@@ -10,9 +10,9 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, Number, components, from_components
-from clarke_gym._linear_map import map_rows
-from clarke_gym.robots import Robot
+from clarke_gym.numerics.arrays import FloatArray, Number, components, from_components
+from clarke_gym.numerics.linear_map import map_rows
+from clarke_gym.robots.robot import Robot
 
 Joints: TypeAlias = FloatArray | list[float]
 """Numbers of all tendons: an array (B, N), or N floats in the scalar environment."""

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.physics.drives import Drives
-from clarke_gym.robots import Robot
+from clarke_gym.robots.robot import Robot
 
 
 class ConstantCurvature:

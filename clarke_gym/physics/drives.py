@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from clarke_gym._arrays import FloatArray, Number
+from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.base import Joints, JointVector, shortened
-from clarke_gym.robots import Robot
+from clarke_gym.robots.robot import Robot
 
 
 class Drives:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym._arrays import FloatArray, Number
+from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.base import RobotState
 
 Float32Array = NDArray[np.float32]

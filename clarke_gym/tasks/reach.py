@@ -8,10 +8,17 @@ from typing import Any
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym._arrays import FloatArray, FloatMath, Number, float32, from_components, namespace
-from clarke_gym._checks import check_choice, check_positive
+from clarke_gym.numerics.arrays import (
+    FloatArray,
+    FloatMath,
+    Number,
+    float32,
+    from_components,
+    namespace,
+)
+from clarke_gym.numerics.checks import check_choice, check_positive
 from clarke_gym.physics.base import JointVector, RobotState
-from clarke_gym.robots import Robot
+from clarke_gym.robots.robot import Robot
 from clarke_gym.tasks.base import Float32Array
 
 REWARDS = ("dense", "sparse")

@@ -11,7 +11,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike
 
 from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
-from clarke_gym.representations import Representation
+from clarke_gym.representations.registry import Representation
 from clarke_gym.wrappers._core import core_of, hands_through
 
 
@@ -29,7 +29,7 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
     env : gymnasium.Env
         A clarke_gym environment.
     representation : str
-        A name of `clarke_gym.representations.representation_names()`.
+        A name of `clarke_gym.representations.registry.representation_names()`.
 
     Raises
     ------
@@ -75,7 +75,7 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
     env : gymnasium.Env
         A clarke_gym environment.
     representation : str
-        A name of `clarke_gym.representations.representation_names()`.
+        A name of `clarke_gym.representations.registry.representation_names()`.
 
     Raises
     ------

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from agents.config import ROOT
+from agents.studies.config import ROOT
 
 
 def call(*arguments):

@@ -7,7 +7,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import clarke_gym
-from agents.sb3_vec_env import Sb3VecEnv
+from clarke_gym.integrations.sb3 import Sb3VecEnv
 from clarke_gym.wrappers import vector as twins
 
 ID = "clarke_gym/Reach-v0"

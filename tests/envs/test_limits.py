@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.physics.base import JointVector
-from clarke_gym.presets import make_robot
 from clarke_gym.representations import make_representation, representation_names
+from clarke_gym.robots.presets import make_robot
 
 ID = "clarke_gym/Reach-v0"
 DT = 0.05

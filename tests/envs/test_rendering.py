@@ -6,8 +6,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from clarke_gym import _scene, kinematics, rendering
-from clarke_gym.presets import make_robot
+from clarke_gym import kinematics
+from clarke_gym.rendering import picture as rendering
+from clarke_gym.rendering import room as _scene
+from clarke_gym.robots.presets import make_robot
 from clarke_gym.tasks.reach import Reach
 
 ID = "clarke_gym/Reach-v0"

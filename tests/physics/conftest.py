@@ -40,7 +40,7 @@ def settle(physics, clarke, steps=40):
 @pytest.fixture
 def tight_profiles(monkeypatch):
     """The fast profile with exactly solved steps: folded, and with every tendon by itself."""
-    from clarke_gym.physics import mjcf
+    from clarke_gym.physics.mujoco import model as mjcf
 
     for name, folded in (("folded", True), ("whole", False)):
         tight = dataclasses.replace(mjcf.PROFILES["fast"], folded=folded, tolerance=1e-13)

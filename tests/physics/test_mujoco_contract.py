@@ -8,12 +8,12 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from clarke_gym.materials import MATERIALS
 from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
-from clarke_gym.physics.tendons import TendonSprings
-from clarke_gym.presets import make_robot
+from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.robots import Segment
+from clarke_gym.robots.materials import MATERIALS
+from clarke_gym.robots.presets import make_robot
 
 from .conftest import CONTROL_DT, random_commands, robot_of
 

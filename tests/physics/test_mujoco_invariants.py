@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from clarke_gym import kinematics
-from clarke_gym.physics.discretisation import joint_positions
-from clarke_gym.physics.mjcf import PROFILES, build_chain
 from clarke_gym.physics.mujoco import MujocoPhysics
+from clarke_gym.physics.mujoco.discretisation import joint_positions
+from clarke_gym.physics.mujoco.model import PROFILES, build_chain
 from clarke_gym.robots import Segment
 
 from .conftest import CONTROL_DT, robot_of, settle

@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.vector.utils import batch_space
 
 from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
-from clarke_gym.representations import Representation
+from clarke_gym.representations.registry import Representation
 from clarke_gym.wrappers._core import core_of, hands_through
 
 _VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
@@ -29,7 +29,7 @@ class RepresentationAction(gym.vector.VectorWrapper):
     env : gymnasium.vector.VectorEnv
         A clarke_gym vector environment.
     representation : str
-        A name of `clarke_gym.representations.representation_names()`.
+        A name of `clarke_gym.representations.registry.representation_names()`.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class RepresentationObservation(gym.vector.VectorWrapper):
     env : gymnasium.vector.VectorEnv
         A clarke_gym vector environment.
     representation : str
-        A name of `clarke_gym.representations.representation_names()`.
+        A name of `clarke_gym.representations.registry.representation_names()`.
 
     Raises
     ------

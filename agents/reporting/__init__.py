@@ -1,0 +1,1 @@
+"""What a study found: statistics, figures and tables from its run folders."""

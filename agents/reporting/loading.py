@@ -1,0 +1,181 @@
+"""Loading a study's run folders into typed, validated arrays."""
+
+import csv
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from agents.reporting.results import Arm, Array, Evals, Reference, ResultsError, Run, Status, Study
+
+
+def _key(data: Mapping[str, Any], key: str, kind: type | tuple[type, ...], where: str) -> Any:
+    """Value of a required key, checked for its type."""
+    if not isinstance(data, Mapping):
+        raise ResultsError(f"{where}: expected a mapping, found {type(data).__name__}")
+    if key not in data:
+        raise ResultsError(f"{where}: key '{key}' is missing")
+    value = data[key]
+    if isinstance(value, bool) or not isinstance(value, kind):
+        raise ResultsError(f"{where}: key '{key}' has the wrong type ({type(value).__name__})")
+    return value
+
+
+def load_evals(path: Path) -> Evals:
+    """Read and check one ``evals.npz``.
+
+    Raises
+    ------
+    ResultsError
+        If the file is missing or corrupt, or an array is missing or ill-shaped, holds
+        non-finite values, or needs pickle.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            for key in Evals.__dataclass_fields__:
+                try:
+                    arrays[key] = np.asarray(file[key])
+                except (KeyError, ValueError) as error:
+                    raise ResultsError(f"{path}: key '{key}': {error}") from error
+    except ResultsError:
+        raise
+    except (OSError, EOFError, ValueError, AttributeError, zipfile.BadZipFile) as error:
+        raise ResultsError(f"{path}: not a readable npz file: {error}") from error
+    steps = arrays["env_steps"]
+    if steps.ndim != 1 or steps.size < 2 or not (np.diff(steps) > 0).all():
+        raise ResultsError(f"{path}: key 'env_steps' must increase over two or more evaluations")
+    shape = (steps.size, *arrays["is_success"].shape[1:2])
+    for key, array in arrays.items():
+        if key != "env_steps" and (array.shape != shape or len(shape) != 2 or array.size == 0):
+            raise ResultsError(f"{path}: key '{key}' has shape {array.shape}, not (evals, goals)")
+        if array.dtype.kind not in "biuf" or not np.isfinite(array).all():
+            raise ResultsError(f"{path}: key '{key}' holds values that are not finite numbers")
+    if not np.isin(arrays["is_success"], (0, 1)).all():
+        raise ResultsError(f"{path}: key 'is_success' holds values other than true and false")
+    return Evals(
+        env_steps=steps.astype(np.int64),
+        is_success=arrays["is_success"].astype(bool),
+        **{k: arrays[k].astype(float) for k in list(arrays)[2:]},
+    )
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    """Read a manifest; every key is optional, but what is there must be readable."""
+    if not path.is_file():
+        return {}
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ResultsError(f"{path}: not valid JSON: {error}") from error
+    if not isinstance(data, dict):
+        raise ResultsError(f"{path}: expected a mapping, found {type(data).__name__}")
+    return data
+
+
+def _wall_clock(path: Path, env_steps: NDArray[np.int64]) -> Array | None:
+    """Wall seconds at the given steps, interpolated in ``progress.csv``; None if not offered."""
+    if not path.is_file():
+        return None
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [(r.get("env_steps"), r.get("wall_s")) for r in csv.DictReader(file)]
+    try:
+        points = np.array([(float(x), float(t)) for x, t in rows if x and t])
+    except ValueError as error:
+        raise ResultsError(f"{path}: column 'env_steps' or 'wall_s': {error}") from error
+    if points.size == 0 or (np.diff(points, axis=0) < 0).any():
+        return None  # a resumed run may restart its clock: then there is no honest axis
+    start = np.zeros((1, 2))
+    x, t = np.concatenate([start, points]).T
+    return cast(Array, np.interp(env_steps, x, t))
+
+
+def load_run(path: Path, arm: str, seed: int) -> Run:
+    """Load one run folder; an absent folder is a missing run."""
+    status: Status = "missing"
+    if (path / "FAILED").is_file():
+        status = "failed"
+    elif (path / "DONE").is_file():
+        status = "done"
+    evals = load_evals(path / "evals.npz") if status == "done" else None
+    wall = _wall_clock(path / "progress.csv", evals.env_steps) if evals else None
+    return Run(arm, seed, path, status, evals, _manifest(path / "manifest.json"), wall)
+
+
+def _load_arm(entry: Any, folder: Path, where: str) -> Arm:
+    name = _key(entry, "name", str, where)
+    where = f"{where} '{name}'"
+    seeds = _key(entry, "seeds", list, where)
+    whole = all(isinstance(s, int) and not isinstance(s, bool) for s in seeds)
+    if not seeds or not whole or len(set(seeds)) < len(seeds):
+        raise ResultsError(f"{where}: key 'seeds' must list one or more different whole numbers")
+    runs = tuple(load_run(folder / name / f"seed_{seed:02d}", name, seed) for seed in seeds)
+    return Arm(
+        name, _key(entry, "representation", str, where), _key(entry, "task", str, where), runs
+    )
+
+
+def _load_references(path: Path) -> dict[str, Reference]:
+    if not path.exists():
+        return {}
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))
+        return {task: Reference(**entry) for task, entry in entries.items()}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+
+
+def load_study(study_dir: Path) -> Study:
+    """Load ``study.yaml`` and every run below it.
+
+    Raises
+    ------
+    ResultsError
+        If a file is corrupt, a key is missing or of the wrong type, two runs were evaluated at
+        different steps, a task has one representation twice, or no run is finished.
+    """
+    path = Path(study_dir) / "study.yaml"
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    where = str(path)
+    entries = _key(data, "arms", list, where)
+    arms = tuple(_load_arm(e, path.parent, f"{where}: arm {i}") for i, e in enumerate(entries))
+    pairs = [(arm.task, arm.representation) for arm in arms]
+    for pair in pairs:
+        if pairs.count(pair) > 1:
+            raise ResultsError(f"{where}: task '{pair[0]}' has representation '{pair[1]}' twice")
+    done = [(run, evals) for arm in arms for run, evals in arm.done]
+    if not done:
+        raise ResultsError(f"{path.parent}: no finished run (a folder with a DONE file)")
+    first, grid = done[0][0], done[0][1].env_steps
+    for run, evals in done:
+        if not np.array_equal(evals.env_steps, grid):
+            raise ResultsError(
+                f"{run.path / 'evals.npz'}: key 'env_steps' differs from that of {first.path}"
+            )
+    return Study(
+        name=_key(data, "name", str, where),
+        title=_key(data, "title", str, where),
+        note=str(data.get("note") or ""),
+        baseline=_key(data, "baseline", str, where),
+        threshold=float(
+            _key(
+                _key(data, "thresholds", dict, where),
+                "success",
+                (int, float),
+                f"{where}: thresholds",
+            )
+        ),
+        tuning=str(data.get("tuning") or "unknown"),
+        total_steps=_key(data, "total_steps", int, where),
+        arms=arms,
+        env_steps=grid,
+        references=_load_references(path.parent / "references.json"),
+    )

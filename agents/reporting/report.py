@@ -1,0 +1,129 @@
+"""The report of a study: a self-contained HTML page, figures and tables, from its run folders."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from agents.files import write_bytes
+from agents.reporting import plots
+from agents.reporting.bootstrap import REPS
+from agents.reporting.html import Picture, page
+from agents.reporting.loading import load_study
+from agents.reporting.summary import Summary, summarise
+from agents.reporting.tables import (
+    arm_table,
+    comparison_table,
+    csv_text,
+    curves_csv,
+    markdown,
+    runs_csv,
+)
+from agents.reporting.wording import answer, footer, reporting_block, warnings
+
+Draw = Callable[[Summary, str], bytes | None]
+
+FIGURES: tuple[tuple[str, str, Draw], ...] = (
+    (
+        "learning_curves",
+        "Success rate and tip error over environment steps: IQM over seeds with pointwise 95 % "
+        "bootstrap band; a thin line for each seed shows the spread. Dotted: the threshold. "
+        "Dashed: classical control, the Clarke controller, on the same held-out goals.",
+        plots.learning_curves,
+    ),
+    (
+        "forest",
+        "Speed-up and probability of improvement over the baseline, with 95 % intervals, per task "
+        "and over all tasks.",
+        plots.forest,
+    ),
+    (
+        "auc",
+        "Normalised AUC of the success rate, the primary score: IQM with 95 % interval of that "
+        "mean; the dots are seeds, whose spread is another thing.",
+        plots.auc_points,
+    ),
+    (
+        "steps_to_threshold",
+        "Share of runs that have reached the success threshold, from the Kaplan–Meier estimate; "
+        "a bar at the end marks runs censored at the budget.",
+        plots.survival,
+    ),
+    (
+        "tip_error_profile",
+        "Share of held-out goals with a final tip error at or below τ: mean over seeds with 95 % "
+        "band. Further up and left is better.",
+        plots.profiles,
+    ),
+    (
+        "wall_clock",
+        "Success rate over wall-clock seconds, as a representation may also be cheaper per step. "
+        "Runs that shared a machine slow each other.",
+        plots.wall_clock,
+    ),
+)
+
+
+def _markdown(summary: Summary) -> str:
+    """Tables with the answer above and the reporting block below."""
+    study = summary.study
+    parts = [f"# {study.title}"]
+    parts += [f"**{study.note}**"] if study.note else []
+    rows = (*summary.pooled, *summary.comparisons)
+    budget = int(study.env_steps[-1])
+    parts += [f"- {row.task}: {answer(row, study.threshold, budget)}" for row in rows]
+    parts += [f"> {text}" for text in warnings(summary)]
+    parts += [markdown(arm_table(summary))]
+    parts += [markdown(comparison_table(summary))] if summary.comparisons else []
+    parts += [markdown([["Reporting", ""], *map(list, reporting_block(summary).items())])]
+    return "\n\n".join(parts) + "\n"
+
+
+def write_report(
+    study_dir: Path, out_dir: Path | None = None, *, reps: int = REPS, seed: int = 0
+) -> Path:
+    """Write ``report.html``, the figures as PNG, the tables, and the data behind them.
+
+    ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run
+    and ``runs.csv`` the manifests.
+
+    The same runs give the same bytes. Files of an earlier report are replaced.
+
+    Parameters
+    ----------
+    study_dir : Path
+        Folder with ``study.yaml`` and the runs.
+    out_dir : Path, optional
+        Where to write; ``study_dir / "report"`` by default.
+    reps, seed : int
+        Replications and seed of every bootstrap.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    agents.reporting.results.ResultsError
+        If the study cannot be read or has no finished run.
+    """
+    study_dir = Path(study_dir)
+    out_dir = study_dir / "report" if out_dir is None else Path(out_dir)
+    summary = summarise(load_study(study_dir), seed=seed, reps=reps)
+    line = footer(summary)
+    tasks = ", ".join(summary.study.tasks)
+    pictures = []
+    for name, caption, draw in FIGURES:
+        png = draw(summary, line)
+        if png is not None:
+            alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."
+            pictures.append(Picture(f"{name}.png", alt, caption, png))
+    out_dir.mkdir(parents=True, exist_ok=True)
+    for picture in pictures:
+        write_bytes(out_dir / picture.file, picture.png)
+    write_bytes(out_dir / "table.csv", csv_text(summary).encode())
+    write_bytes(out_dir / "curves.csv", curves_csv(summary.study).encode())
+    write_bytes(out_dir / "runs.csv", runs_csv(summary.study).encode())
+    write_bytes(out_dir / "table.md", _markdown(summary).encode())
+    target = out_dir / "report.html"  # last: a page promises that the rest is there
+    write_bytes(target, page(summary, pictures).encode())
+    return target

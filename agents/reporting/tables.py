@@ -1,0 +1,144 @@
+"""Tables of a report, as rows of text for people and rows of numbers for machines."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable
+
+from agents.reporting.bootstrap import Interval
+from agents.reporting.results import Study
+from agents.reporting.summary import ArmSummary, Summary
+from agents.reporting.wording import DASH, number, with_interval
+
+Rows = list[list[str]]
+
+
+def _median(arm: ArmSummary) -> str:
+    return "not reached" if math.isinf(arm.median_steps) else number(arm.median_steps, 0)
+
+
+def arm_table(summary: Summary) -> Rows:
+    """One row for each arm, after a row of headings."""
+    heading = ["Task", "Representation", "Runs", "AUC IQM [CI]", "Final success"]
+    heading += ["Final tip error, mm", "Restricted mean steps", "Reached"]
+    heading += ["P(better than baseline)", "Median steps", "AUC SD", "Optimality gap"]
+    better = {(c.task, c.representation): c.p_better for c in summary.comparisons}
+    rows = [heading]
+    for arm in summary.arms:
+        key = (arm.arm.task, arm.arm.representation)
+        row = [*key, f"{arm.n} of {len(arm.arm.runs)}", with_interval(arm.auc, 3)]
+        row += [with_interval(arm.final_success, 3), with_interval(arm.tip_error_mm)]
+        row += [with_interval(arm.restricted_steps, 0), f"{arm.reached}/{arm.n}"]
+        row += [with_interval(better[key]) if key in better else DASH, _median(arm)]
+        row += [number(arm.auc_sd, 3), with_interval(arm.gap, 3)]
+        rows.append(row)
+    return rows
+
+
+def comparison_table(summary: Summary) -> Rows:
+    """One row for each comparison with the baseline, after a row of headings."""
+    heading = ["Task", "Representation", "Speed-up [CI]", "Steps ratio [CI]"]
+    heading += ["AUC difference [CI]", "P(better) [CI]", "Welch p (Holm)", "Log-rank p (Holm)"]
+    rows = [heading]
+    for c in (*summary.comparisons, *summary.pooled):
+        row = [c.task, c.representation, with_interval(c.speed_up), with_interval(c.steps_ratio)]
+        row += [with_interval(c.auc_difference, 3, sign=True), with_interval(c.p_better)]
+        rows.append([*row, number(c.welch_p, 4), number(c.logrank_p, 4)])
+    return rows
+
+
+def markdown(rows: Rows) -> str:
+    r"""Lay rows out as a Markdown table.
+
+    Examples
+    --------
+    >>> print(markdown([["a", "b"], ["1", "2|3"]]))
+    | a | b |
+    |---|---|
+    | 1 | 2\|3 |
+    """
+    clean = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    lines = ["| " + " | ".join(row) + " |" for row in clean]
+    return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
+
+
+def _ends(name: str, interval: Interval) -> dict[str, float]:
+    return {name: interval.estimate, f"{name}_low": interval.low, f"{name}_high": interval.high}
+
+
+def _records(summary: Summary) -> Iterable[dict[str, object]]:
+    found = {(c.task, c.representation): c for c in summary.comparisons}
+    for s in summary.arms:
+        record: dict[str, object] = {
+            "task": s.arm.task,
+            "representation": s.arm.representation,
+            "arm": s.arm.name,
+            "planned": len(s.arm.runs),
+            "finished": s.arm.count("done"),
+            "failed": s.arm.count("failed"),
+            **_ends("auc", s.auc),
+            "auc_sd": s.auc_sd,
+            **_ends("final_success", s.final_success),
+            **_ends("optimality_gap", s.gap),
+            **_ends("final_tip_error_mm", s.tip_error_mm),
+            **_ends("restricted_mean_steps", s.restricted_steps),
+            "median_steps": s.median_steps,
+            "reached": s.reached,
+        }
+        c = found.get((s.arm.task, s.arm.representation))
+        if c:
+            record |= _ends("speed_up", c.speed_up) | _ends("auc_difference", c.auc_difference)
+            record |= _ends("p_better", c.p_better)
+            record |= {"welch_p_holm": c.welch_p, "logrank_p_holm": c.logrank_p}
+        yield record
+
+
+def csv_text(summary: Summary) -> str:
+    """Every number of every arm in full precision; empty where there is none."""
+    records = list(_records(summary))
+    columns = max(records, key=len)
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, list(columns), restval="", lineterminator="\n")
+    writer.writeheader()
+    for record in records:
+        writer.writerow({k: "" if v != v else v for k, v in record.items()})
+    return buffer.getvalue()
+
+
+def _csv(heading: list[str], rows: Iterable[Iterable[object]]) -> str:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(heading)
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def curves_csv(study: Study) -> str:
+    """Every evaluation of every finished run: what the curves are drawn from."""
+    rows = (
+        (arm.task, arm.representation, run.seed, steps, f"{success:.6g}", f"{error:.6g}")
+        for arm in study.arms
+        for run, evals in arm.done
+        for steps, success, error in zip(
+            evals.env_steps,
+            evals.is_success.mean(axis=1),
+            1e3 * evals.tip_error_m.mean(axis=1),
+            strict=True,
+        )
+    )
+    heading = ["task", "representation", "seed", "env_steps", "success_rate", "tip_error_mm"]
+    return _csv(heading, rows)
+
+
+def runs_csv(study: Study) -> str:
+    """Where every run comes from: its manifest in a row."""
+    keys = ["git_sha", "git_dirty", "python", "machine", "threads", "wall_s", "cpu_s"]
+    rows = (
+        [arm.task, arm.representation, run.seed, run.status]
+        + [run.manifest.get(key, "unknown") for key in keys]
+        + [json.dumps(run.manifest.get("packages", {}), sort_keys=True)]
+        for arm in study.arms
+        for run in arm.runs
+    )
+    return _csv(["task", "representation", "seed", "status", *keys, "packages"], rows)

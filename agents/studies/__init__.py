@@ -1,0 +1,1 @@
+"""Studies: arms, seeds and where their runs are carried out."""

@@ -1,0 +1,265 @@
+"""Classical controllers on the interface of a policy: the reference line of every report.
+
+All of them work on the manifold: measured displacements go through M_P, the control law acts on two
+numbers a segment, and M_P^-1 takes its output back to the tendons. Commands leave in whatever
+representation the environment expects.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym import kinematics
+from clarke_gym.control.manifold_interface import ManifoldInterface, Sensed
+from clarke_gym.kinematics.inverse_chain import damped_step, inverse_kinematics, saturate_bending
+from clarke_gym.kinematics.jacobians import tip_jacobian
+
+FloatArray = NDArray[np.float64]
+
+PLAN_STARTS = 64
+"""Shapes from which the plan of a new goal is searched; the one that is reached first is taken."""
+
+REPLAN_SHARE = 0.05
+"""A goal that jumps by more than this share of the robot's length is a new goal."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of the loops on the manifold, and the memory of the tip's correction.
+
+    Parameters
+    ----------
+    proportional : float
+        Kp [1/s]: rate of the command = rate of the target + Kp (target - measured); the rate of the
+        target is the precompensation.
+    integral : float
+        Ki [1/s^2], of the integral of the same error.
+    derivative : float
+        Kd, on the rate of the measured displacement.
+    tip_memory_s : float
+        The gap between tip and model, averaged over this time [s], corrects the target. A mean over
+        a period of the arm's slowest swing does not feed that swing. 0 trusts the model.
+    speed_share : float
+        Share of the drives' speed that the loops use: full speed makes a long arm swing.
+    """
+
+    proportional: float = 4.0
+    integral: float = 0.0
+    derivative: float = 0.0
+    tip_memory_s: float = 0.3
+    speed_share: float = 0.9
+
+
+class TipController:
+    """Brings the tip to the goal: inverse kinematics, and PID loops on the manifold.
+
+    The sheet's scheme, per Clarke coordinate a proportional loop with precompensation between M_P
+    and M_P^-1, follows a target shape from inverse kinematics. Of the shapes that reach the goal
+    the plan takes the one whose tendons get there first. What the measured tip differs from the
+    constant-curvature model corrects the target, so that the model need not be exact.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment whose task has a goal position.
+    gains : Gains, optional
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is another environment, or its goal is no position.
+    """
+
+    def __init__(self, env: Any, gains: Gains | None = None) -> None:
+        self._interface = ManifoldInterface(env)
+        self._gains = Gains() if gains is None else gains
+        self._robot = self._interface.robot
+        self._goal: FloatArray | None = None
+
+    def reset(self) -> None:
+        """Forget everything: the next observation starts new episodes."""
+        self._goal = None
+
+    def act(self, observation: Any) -> NDArray[np.float32]:
+        """Return actions (B, k) for a batch of observations, or (k,) for a single one."""
+        now = self._interface.sense(observation)
+        self._follow(now)
+        action = self._interface.act(self._command(now), now.command, self._gains.speed_share)
+        single = not isinstance(observation, dict) and np.ndim(observation) == 1
+        if isinstance(observation, dict):
+            single = np.ndim(observation["observation"]) == 1
+        return action[0] if single else action
+
+    def _follow(self, now: Sensed) -> None:
+        """Bring targets up to date: plan new goals, correct the others by the measured tip."""
+        robot, bending = self._robot, self._bending(now.displacement)
+        if self._goal is None or len(self._goal) != len(now.goal):
+            self._goal = np.full_like(now.goal, np.inf)
+            self._target = bending.copy()
+            memory = round(self._gains.tip_memory_s / self._interface.control_dt)
+            self._gaps = np.full((memory, *now.goal.shape), np.nan)
+            self._sum, self._last = np.zeros_like(now.displacement), now.displacement.copy()
+        jump = np.linalg.norm(now.goal - self._goal, axis=1)
+        fresh = ~(jump <= REPLAN_SHARE * robot.length_m)
+        self._goal, moving = now.goal, jump > 1e-6 * robot.length_m
+        before = self._target.copy()
+        if fresh.any():
+            self._gaps[:, fresh], self._sum[fresh] = np.nan, 0.0
+            self._last[fresh] = now.displacement[fresh]
+            self._target[fresh] = self._plan(now.goal[fresh], bending[fresh])
+        bias = np.zeros_like(now.goal)
+        if len(self._gaps):
+            self._gaps = np.roll(self._gaps, 1, axis=0)
+            self._gaps[0] = now.tip - kinematics.forward(bending, robot.lengths)[0]
+            bias = np.nanmean(self._gaps, axis=0)
+        rows = np.flatnonzero(~fresh)
+        if len(rows):
+            self._target[rows] = inverse_kinematics(
+                now.goal[rows] - bias[rows],
+                robot.lengths,
+                max_bending=robot.max_bending,
+                start=self._target[rows],
+                starts=1,
+                iterations=8,
+                tolerance=1e-9,
+            )[0]
+        # The target's own motion is precompensated where the goal moves; corrections are not: fed
+        # forward they would swing the arm.
+        follow = (moving & ~fresh)[:, None, None]
+        self._before = np.where(follow, before, self._target)
+
+    def _plan(self, goal: FloatArray, bending: FloatArray) -> FloatArray:
+        """Return for each goal the shape that the slowest tendon reaches first."""
+        robot, starts = self._robot, PLAN_STARTS if self._robot.n_segments > 1 else 1
+        rng = np.random.default_rng(0)  # the same starts at every call
+        spread = np.linspace(0.0, 1.0, starts)[:, None, None, None]
+        noise = rng.normal(size=(starts, 1, *bending.shape[1:])) * spread
+        guesses = saturate_bending(bending + noise, robot.max_bending)
+        shapes, error = inverse_kinematics(
+            np.broadcast_to(goal, (starts, *goal.shape)),
+            robot.lengths,
+            max_bending=robot.max_bending,
+            start=guesses,
+            starts=1 if starts > 1 else 3,
+            iterations=40,
+            tolerance=1e-9,
+        )
+        change = kinematics.bending_to_clarke(shapes - bending, robot.pitch_radii)
+        effort = np.hypot(change[..., 0], change[..., 1]).max(axis=-1) / robot.length_m
+        best = np.argmin(effort + 1e3 * np.maximum(error - 1e-6, 0.0), axis=0)
+        result: FloatArray = shapes[best, np.arange(len(goal))]
+        return result
+
+    def _command(self, now: Sensed) -> FloatArray:
+        """Return the command [m] of the loops on the manifold."""
+        gains, dt, radii = self._gains, self._interface.control_dt, self._robot.pitch_radii
+        target, before = (
+            kinematics.bending_to_clarke(shape, radii) for shape in (self._target, self._before)
+        )
+        error = target - now.displacement
+        # Integrate only near the target: a saturated drive must not wind up.
+        near = np.abs(error) < 0.5 * self._interface.step_m
+        self._sum = self._sum + np.where(near, error * dt, 0.0)
+        speed = (now.displacement - self._last) / dt
+        self._last = now.displacement
+        rate = gains.proportional * error + gains.integral * self._sum - gains.derivative * speed
+        command: FloatArray = now.command + (target - before) + rate * dt
+        return command
+
+    def _bending(self, clarke: FloatArray) -> FloatArray:
+        bending: FloatArray = kinematics.clarke_to_bending(clarke, self._robot.pitch_radii)
+        return bending
+
+
+class ResolvedRateController:
+    """Moves the tip straight at the goal: tip velocity through the damped inverse Jacobian.
+
+    No plan: the Jacobian of the measured shape turns the gap between goal and tip into rates of the
+    Clarke coordinates. It needs no inverse kinematics, but can stop at a bending limit.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment whose task has a goal position.
+    gain : float
+        Share of the gap to close in one step.
+    damping : float
+        Damping of the inverse, relative to the robot's length.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is another environment, or its goal is no position.
+    """
+
+    def __init__(self, env: Any, gain: float = 0.6, damping: float = 1e-2) -> None:
+        self._interface = ManifoldInterface(env)
+        self._gain, self._damping = gain, damping
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: Any) -> NDArray[np.float32]:
+        """Return actions (B, k) for a batch of observations, or (k,) for a single one."""
+        now, robot = self._interface.sense(observation), self._interface.robot
+        bending: FloatArray = kinematics.clarke_to_bending(now.displacement, robot.pitch_radii)
+        jacobian = tip_jacobian(bending, robot.lengths)[:, :3] / robot.length_m
+        gap = self._gain * (now.goal - now.tip) / robot.length_m
+        step = damped_step(jacobian, gap, np.full(len(gap), self._damping**2))
+        moved = saturate_bending(bending + step.reshape(bending.shape), robot.max_bending)
+        change = kinematics.bending_to_clarke(moved - bending, robot.pitch_radii)
+        action = self._interface.act(now.command + change, now.command)
+        inner = observation["observation"] if isinstance(observation, dict) else observation
+        return action[0] if np.ndim(inner) == 1 else action
+
+
+Controller = TipController | ResolvedRateController
+
+CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate")
+"""Names that `make_controller` knows."""
+
+
+def make_controller(name: str, env: Any) -> Controller:
+    """Return a classical controller for an environment.
+
+    Parameters
+    ----------
+    name : str
+        "clarke_controller": planned shape, proportional loops with precompensation on the manifold,
+        corrected by the measured tip. "clarke_pid": the same with integral and derivative terms.
+        "clarke_model_only": the same without the tip's correction, the sheet's scheme alone.
+        "resolved_rate": straight at the goal through the inverse Jacobian.
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment whose task has a goal position.
+
+    Returns
+    -------
+    Controller
+        With ``act(observation)``, like a policy, and ``reset()``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the name is unknown, or the environment has no goal position.
+
+    Examples
+    --------
+    >>> import gymnasium as gym, clarke_gym
+    >>> env = gym.make("clarke_gym/Reach-v0", n_tendons=5, representation="clarke")
+    >>> observation, _ = env.reset(seed=0)
+    >>> make_controller("clarke_controller", env).act(observation).shape
+    (2,)
+    """
+    if name == "clarke_controller":
+        return TipController(env)
+    if name == "clarke_pid":
+        return TipController(env, Gains(integral=1.0, derivative=0.1))
+    if name == "clarke_model_only":
+        return TipController(env, Gains(tip_memory_s=0.0))
+    if name == "resolved_rate":
+        return ResolvedRateController(env)
+    raise ValueError(f"controller must be one of {list(CONTROLLERS)}, got {name!r}")

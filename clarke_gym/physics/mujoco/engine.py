@@ -1,0 +1,131 @@
+"""What the simulations of one MuJoCo model offer, many together or one by itself."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.numerics.arrays import FloatArray, Number
+from clarke_gym.physics.mujoco.links import Chain
+
+NOTHING = int(mujoco.mjtStage.mjSTAGE_NONE)
+POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
+VELOCITIES = int(mujoco.mjtStage.mjSTAGE_VEL)
+
+
+class Engine(ABC):
+    """B simulations of one chain.
+
+    The model resets nothing by itself, so one that breaks down keeps joint coordinates that are
+    huge or not a number.
+
+    Parameters
+    ----------
+    chain : Chain
+    """
+
+    qpos: FloatArray
+    """Joint coordinates [rad], shape (B, nq), to read; `place` writes them."""
+
+    qvel: FloatArray
+    """Their rates [rad/s], shape (B, nv)."""
+
+    acted: FloatArray
+    """Tendon lengths [m] at the start of each time step of the last control step, where the model
+    records them, shape (B, ntendon, K)."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.straight = chain.model.tendon_length0.copy()
+        self._tip = chain.model.site("tip").id
+
+    def _name_history(self, history: FloatArray) -> None:
+        """Name what the model's recorders write, (B, numbers).
+
+        Each recorder has a ring of K samples: two numbers of its own, K times, K lengths. It is in
+        order whenever K steps have been made since it was, as every call of `run` does.
+        """
+        recorders = self.chain.model.nsensor
+        rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
+        self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
+
+    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+        """Put the simulations `rows` somewhere.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+        qpos : ndarray, shape (R, nq)
+            Joint coordinates [rad].
+        qvel : ndarray, shape (R, nv), or float
+            Their rates [rad/s].
+        """
+        self.qpos[rows], self.qvel[rows] = qpos, qvel
+
+    def angle_norm(self) -> float:
+        """Return the root of the sum of squares of all joint coordinates [rad]; nan if one is."""
+        return math.sqrt(np.vdot(self.qpos, self.qpos))
+
+    def keep(self) -> None:
+        """Remember where the simulations are, for `kept`."""
+        self._kept = self.qpos.copy(), self.qvel.copy()
+
+    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Return joint coordinates and rates of the simulations `rows` at the last `keep`."""
+        return self._kept[0][rows], self._kept[1][rows]
+
+    @abstractmethod
+    def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
+        """Advance the simulations `rows` (None for all).
+
+        Parameters
+        ----------
+        rows : ndarray of int or None
+        start : ndarray, shape (B, nu), list of nu floats for a batch of one, or None
+            Commanded tendon lengths at the start [m]; None with actuators that take tensions.
+        control : ndarray, shape (B, nu), or list of nu floats
+            Rate of the commanded lengths [m/s], or tensions [N].
+        steps : int
+            Time steps; a multiple of K where the model records the last K.
+        """
+
+    @abstractmethod
+    def tip_pose(self) -> tuple[list[Number], list[Number]]:
+        """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
+
+    @abstractmethod
+    def tendon_lengths(self) -> Any:
+        """Return the lengths [m] of tendons that run along joints, once `tip_pose` was asked for.
+
+        Returns
+        -------
+        ndarray, shape (B, ntendon), or list of ntendon floats for a robot by itself
+        """
+
+    @abstractmethod
+    def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
+        """Return outputs of the current state, shape (B, ...), after a stage of the engine."""
+
+    def stretch(self) -> FloatArray:
+        """Return how much longer each tendon is than on the straight robot [m], (B, ntendon)."""
+        stretch: FloatArray = self._fresh(POSITIONS, "ten_length")[0] - self.straight
+        return stretch
+
+    def stretch_rate(self) -> FloatArray:
+        """Return the rate of `stretch` [m/s]."""
+        return self._fresh(VELOCITIES, "ten_velocity")[0].copy()
+
+    def points(self, stations: FloatArray) -> FloatArray:
+        """Return the points at some arc lengths of the backbone [m], shape (B, points, 3)."""
+        positions, frames = self._fresh(POSITIONS, "xpos", "xmat")
+        bodies = np.searchsorted(self.chain.stations[1:], stations, side="right")
+        bodies = np.minimum(bodies, len(self.chain.stations) - 1)
+        tangents = frames.reshape(len(positions), -1, 3, 3)[..., 2][:, bodies]
+        along = (stations - self.chain.stations[bodies])[:, None]
+        curve: FloatArray = positions[:, bodies] + along * tangents
+        return curve

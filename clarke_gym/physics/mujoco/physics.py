@@ -1,0 +1,296 @@
+"""MuJoCo physics: a batch of elastic robots with inertia, gravity and tendons that can go slack."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.kinematics import rotate
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.checks import check_choice, check_count, check_vector
+from clarke_gym.numerics.linear_map import map_rows
+from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.drives import Drives
+from clarke_gym.physics.mujoco.batch_engine import BatchEngine
+from clarke_gym.physics.mujoco.displacements import Displacements
+from clarke_gym.physics.mujoco.engine import Engine
+from clarke_gym.physics.mujoco.folded import FoldedSteps
+from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.model import (
+    PROFILES,
+    STANDARD_GRAVITY_M_S2,
+    build_chain,
+    substeps,
+)
+from clarke_gym.physics.mujoco.single_engine import SingleEngine
+from clarke_gym.physics.mujoco.tendons import TendonSprings
+from clarke_gym.physics.mujoco.whole import WholeSteps
+from clarke_gym.robots.robot import Robot
+
+MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
+
+
+class MujocoPhysics:
+    """A batch of robots simulated as serial chains of elastic hinges driven by tendons.
+
+    The drives follow their commands with the robot's first-order lag, as in the constant-curvature
+    physics, and ramp from one control step to the next. Tendons are springs with pretension that
+    only pull. With the profile "fast", a segment's taut tendons act as two springs along its Clarke
+    coordinates. Every step checks each tendon at each time step; a robot with a slack one repeats
+    the control step with all its tendons. The engine decides which of those pull by the tension
+    that it expects at the start of a time step, ahead by stiffness x speed x step.
+
+    Parameters
+    ----------
+    robot : Robot
+    num_envs : int
+        Batch size B.
+    control_dt : float
+        Control period [s].
+    profile : {"fast", "accurate"}
+    threads : int, optional
+        Threads to step on; all cores, at most one a robot, by default. Results do not depend on it.
+    sim_dt_s : float, optional
+        Time step [s]; must divide the control period.
+    routing : {"ideal", "chord"}
+        Tendons parallel to the backbone, or straight from disk to disk.
+    actuation : {"displacement", "tension"}
+        Whether commands are tendon displacements [m] or tendon tensions [N].
+    gravity_m_s2 : array_like, shape (3,)
+        In the world frame.
+    base_position_m : array_like, shape (3,)
+        Position of the base in the world; states are in the frame of the base, see `to_world`.
+    base_quaternion : array_like, shape (4,)
+        Orientation (w, x, y, z) of the base in the world.
+    payload_kg : float
+        Point mass at the tip.
+    scalar : bool
+        Report states as Python floats, for a batch of one.
+
+    Raises
+    ------
+    ValueError
+        If a choice is unknown, a number is impossible or `sim_dt_s` does not divide `control_dt`.
+
+    Examples
+    --------
+    >>> physics = MujocoPhysics(Robot(), 1, 0.05)
+    >>> physics.reset(np.array([0]), np.zeros((1, 1, 2)))
+    >>> for _ in range(20):
+    ...     physics.step(JointVector.from_clarke(np.array([[[0.005, 0.0]]])))
+    >>> float(physics.state.displacement.clarke[0, 0, 0].round(4))
+    0.005
+    """
+
+    displacement_bound = 1.25
+
+    def __init__(
+        self,
+        robot: Robot,
+        num_envs: int,
+        control_dt: float,
+        *,
+        profile: str = "fast",
+        threads: int | None = None,
+        sim_dt_s: float | None = None,
+        routing: str = "ideal",
+        actuation: str = "displacement",
+        gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
+        base_position_m: Sequence[float] = (0.0, 0.0, 0.0),
+        base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        payload_kg: float = 0.0,
+        scalar: bool = False,
+    ) -> None:
+        numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
+        self.robot = robot
+        self.num_envs = num_envs
+        self._scalar = scalar
+        self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
+        self._sim_dt = control_dt / self._substeps
+        self._profile = numbers
+        self._drives = Drives(robot, control_dt, limited=True)
+        most = min(num_envs, os.cpu_count() or 1)
+        self._threads = most if threads is None else check_count("threads", threads)
+        self._options: dict[str, Any] = {
+            "sim_dt_s": self._sim_dt,
+            "routing": routing,
+            "actuation": actuation,
+            "gravity_m_s2": gravity_m_s2,
+            "base_quaternion": base_quaternion,
+            "payload_kg": payload_kg,
+        }
+        self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
+        self._springs = TendonSprings(robot)
+        self._engine = self._make_engine()
+        self._tension_driven = actuation == "tension"
+        self._displacements = Displacements(self._engine, self._springs, routing == "chord")
+        self._steps = self._make_steps()
+        start = np.zeros((num_envs, robot.n_segments, 2))
+        self._drive = JointVector.from_clarke(start, scalar=scalar)
+        self._set_diverged(np.zeros(num_envs, dtype=bool))
+        self._state: RobotState | None = None
+        self.reset(np.arange(num_envs), start)
+
+    def _set_diverged(self, diverged: NDArray[np.bool_]) -> None:
+        self._diverged, self._stopped = diverged, int(diverged.sum())
+
+    def _make_engine(self, folded: bool | None = None) -> Engine:
+        """Return the robots' simulation, with their tendons folded or not."""
+        chain = build_chain(
+            self.robot, self._profile, folded=folded, record=self._substeps, **self._options
+        )
+        if self._scalar:
+            return SingleEngine(chain)
+        return BatchEngine(chain, self.num_envs, self._threads, poses=folded is None)
+
+    def _make_steps(self) -> FoldedSteps | WholeSteps:
+        """Return what runs control steps."""
+        springs, substeps = self._springs, self._substeps
+        if not self.chain.folded:
+            return WholeSteps(self._engine, springs, substeps, self._tension_driven)
+
+        def make_whole() -> WholeSteps:
+            return WholeSteps(self._make_engine(folded=False), springs, substeps)
+
+        to_clarke = self._displacements.to_clarke
+        return FoldedSteps(self._engine, make_whole, springs, to_clarke, substeps)
+
+    @property
+    def state(self) -> RobotState:
+        """The current state of all robots."""
+        if self._state is None:
+            tip, quaternion = self._engine.tip_pose()
+            displacement = self._displacements.achieved()
+            self._state = RobotState(displacement, tip, quaternion, self._diverged)
+        return self._state
+
+    @property
+    def chain(self) -> Chain:
+        """The compiled model."""
+        return self._engine.chain
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Return points of the base's frame in the world's.
+
+        Parameters
+        ----------
+        points : ndarray, shape (..., 3)
+            [m].
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            [m].
+
+        Examples
+        --------
+        >>> physics = MujocoPhysics(Robot(), 1, 0.05, base_position_m=(0.0, 0.0, 1.0),
+        ...                         base_quaternion=(0.0, 1.0, 0.0, 0.0))  # hangs from above
+        >>> physics.to_world(physics.state.tip_position).round(9) + 0.0
+        array([[0. , 0. , 0.8]])
+        """
+        position, quaternion = self._base
+        turned: FloatArray = rotate(np.asarray(quaternion, np.float64), points)
+        return turned + position
+
+    @property
+    def tension(self) -> FloatArray:
+        """Tension of every tendon [N], shape (B, N), from the current shape and drives."""
+        command = self._drive.joint(self.robot)
+        if self._tension_driven:
+            return command
+        return self._springs.tension(command, self.state.displacement.joint(self.robot))
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Rate of every tendon's displacement [m/s], shape (B, N), at the current state."""
+        return self._displacements.rates()
+
+    def rest(self, clarke: FloatArray) -> FloatArray:
+        """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
+        bending = self._springs.equilibrium(clarke)
+        return map_rows(bending, self.chain.shape.T)
+
+    def reset(
+        self, rows: NDArray[np.intp], clarke: FloatArray, rest: FloatArray | None = None
+    ) -> None:
+        """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2).
+
+        Who knows `rest(clarke)` already may give it as `rest`.
+        """
+        driven = np.zeros_like(clarke) if self._tension_driven else clarke
+        self._drive = self._drive.with_rows(rows, driven)
+        if self._stopped:
+            diverged = self._diverged.copy()
+            diverged[rows] = False
+            self._set_diverged(diverged)
+        self._engine.place(rows, self.rest(clarke) if rest is None else rest, 0.0)
+        self._state = None
+
+    def step(self, command: JointVector) -> None:
+        """Advance all robots by one control period under the commanded displacements.
+
+        With the actuation "tension", `command` holds tensions [N] in the same two parts. Robots
+        that have diverged stay where they were until they are reset.
+        """
+        stopped = self._stopped
+        if stopped == self.num_envs:
+            return
+        start = self._drive
+        if self._tension_driven:
+            end = JointVector.from_state(command.get_state(), self._scalar)
+        else:
+            end = self._drives.approach(start, command)
+        engine = self._engine
+        engine.keep()
+        self._steps.run(np.flatnonzero(~self._diverged) if stopped else None, start, end)
+        broken = end.broken()  # MuJoCo would take 0 for what is no number
+        # For one robot the sum of squares is mostly enough, for many one look at all joints while
+        # nothing is wrong; nan fails all comparisons.
+        small = engine.angle_norm() <= MAX_JOINT_ANGLE_RAD
+        small = small or np.abs(engine.qpos).max() <= MAX_JOINT_ANGLE_RAD
+        if stopped or broken is not None or not small:
+            failed = np.logical_not((np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1))
+            end = self._stop(failed if broken is None else failed | broken, start, end)
+        self._drive = end
+        self._state = None
+
+    def _stop(self, failed: NDArray[np.bool_], start: JointVector, end: JointVector) -> JointVector:
+        """Hold the robots that have diverged, now or earlier, and return where all drives are."""
+        self._set_diverged(self._diverged | failed)
+        still = np.flatnonzero(self._diverged)
+        if not still.size:
+            return end
+        self._engine.place(still, self._engine.kept(still)[0], 0.0)
+        return end.with_rows(still, start.clarke[still])
+
+    def backbone(self, points: int) -> FloatArray:
+        """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
+        ends = np.cumsum(self.robot.lengths)
+        fractions = np.arange(1, points + 1) / points
+        stations = [
+            end - length * (1.0 - fractions)
+            for end, length in zip(ends, self.robot.lengths, strict=True)
+        ]
+        return self._engine.points(np.concatenate([[0.0], *stations]))
+
+    def get_state(self) -> dict[str, Any]:
+        """Return a copy of everything that the next step depends on."""
+        return {
+            "qpos": self._engine.qpos.copy(),
+            "qvel": self._engine.qvel.copy(),
+            "drive": self._drive.get_state(),
+            "diverged": self._diverged.copy(),
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Return to a state of `get_state`, bit for bit."""
+        self._engine.place(np.arange(self.num_envs), state["qpos"], state["qvel"])
+        self._drive = JointVector.from_state(state["drive"], self._scalar)
+        self._set_diverged(state["diverged"].copy())
+        self._state = None

@@ -1,0 +1,244 @@
+"""The tendons' spring law, in joint space and folded into Clarke coordinates."""
+
+from __future__ import annotations
+
+from operator import add, sub
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.linear_map import LinearMap, block_diagonal, map_rows
+from clarke_gym.physics.base import JointVector
+from clarke_gym.robots.robot import Robot, Segment
+from clarke_gym.robots.stiffness import bending_stiffness
+
+
+def tendon_offsets(segment: Segment) -> FloatArray:
+    """Return where the tendons pierce a disk.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        [m].
+
+    Examples
+    --------
+    >>> tendon_offsets(Segment(n_tendons=4)).round(3)[0] + 0.0
+    array([0.01, 0.  ])
+    """
+    return segment.pitch_radius_m * segment.matrices[1]
+
+
+def folded_axes(segment: Segment) -> tuple[FloatArray, FloatArray]:
+    r"""Return the two virtual tendons that stand for a segment's n taut ones.
+
+    n springs of stiffness k at the offsets :math:`A = dD` resist a bending sum B with the moment
+    :math:`k A^T A B`. Two springs along the eigenvectors of :math:`D^T D`, with k times its
+    eigenvalues for stiffness and pitch radius d, do the same; for a symmetric ring both
+    eigenvalues are n/2 and the two lengths are the Clarke coordinates.
+
+    Parameters
+    ----------
+    segment : Segment
+
+    Returns
+    -------
+    eigenvalues : ndarray, shape (2,)
+    eigenvectors : ndarray, shape (2, 2)
+        One a row.
+
+    Examples
+    --------
+    >>> folded_axes(Segment(n_tendons=8))[0].round(12)
+    array([4., 4.])
+    """
+    decoder = segment.matrices[1]
+    gram = decoder.T @ decoder
+    if np.allclose(gram, gram[0, 0] * np.eye(2), rtol=0.0, atol=1e-12 * gram[0, 0]):
+        return np.diag(gram).copy(), np.eye(2)  # keeps the virtual tendons sparse
+    values, vectors = np.linalg.eigh(gram)
+    return values, vectors.T
+
+
+class TendonSprings:
+    r"""Linear springs between the drives and a robot's disks.
+
+    A tendon of stiffness k and pretension :math:`T_0` whose drive has pulled in :math:`\rho_c`
+    while the shape takes up :math:`\rho` carries :math:`T = T_0 + k(\rho_c - \rho)`, or nothing
+    where a tendon would have to push.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Examples
+    --------
+    >>> springs = TendonSprings(Robot())
+    >>> springs.tension(np.zeros((1, 3)), np.array([[1e-5, 0.0, 1e-3]]))
+    array([[ 8., 10.,  0.]])
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        segments, counts = robot.segments, robot.n_tendons
+        self.robot = robot
+        self.stiffness = np.repeat([s.tendon_stiffness_n_m for s in segments], counts)
+        self.pretension = np.repeat([s.pretension_n for s in segments], counts)
+        self.pulls_only = np.repeat([s.joint_type == "tendon" for s in segments], counts)
+        self._first = np.cumsum([0, *counts[:-1]])
+        self._pulling = np.array([s.joint_type == "tendon" for s in segments])
+        preload = self.pretension / self.stiffness
+        self._preload = np.array([s.pretension_n / s.tendon_stiffness_n_m for s in segments])
+        # How far a tendon's stretch can exceed the magnitude of the Clarke coordinates.
+        self._gain = np.array([s.radii.max() / s.pitch_radius_m for s in segments])
+        # Square of the shortest stretch that can slacken a tendon, with nothing off the manifold.
+        self._least_room = float(((self._preload / self._gain) ** 2).min())
+        self._surely_room = self._least_room * (1.0 - 1e-9)  # less than any rounding of a sum
+        rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
+        self.fold = -rotation.T
+        self._fold_map = LinearMap(self.fold, columns=True)
+        self._unfold = rotation
+        self.aligned = bool((rotation == np.eye(len(rotation))).all())
+        self._folded_preload = preload @ robot.encoder.T @ self.fold
+        self._folded_preloads = self._folded_preload.tolist()
+        self._shape, self._shape_offset = self._equilibrium(preload)
+
+    def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
+        robot = self.robot
+        flexural = [bending_stiffness(s) / s.length_m for s in robot.segments]
+        sums = np.kron(np.tril(np.ones((robot.n_segments,) * 2)), np.eye(2))
+        # Displacement of every tendon per bending of every segment.
+        moments = (robot.decoder * np.repeat(robot.pitch_radii, 2)) @ sums
+        pull = moments.T * self.stiffness
+        matrix = np.linalg.inv(pull @ moments + np.diag(np.repeat(flexural, 2))) @ pull
+        return matrix @ robot.decoder, matrix @ preload
+
+    def equilibrium(self, clarke: FloatArray) -> FloatArray:
+        """Return the bending at which taut tendons balance an unloaded backbone.
+
+        Parameters
+        ----------
+        clarke : ndarray, shape (B, S, 2)
+            Commanded Clarke coordinates [m].
+
+        Returns
+        -------
+        ndarray, shape (B, 2S)
+            Bending vectors of the segments [rad].
+        """
+        rows = np.ascontiguousarray(clarke, dtype=np.float64).reshape(len(clarke), -1)
+        return map_rows(rows, self._shape.T) + self._shape_offset
+
+    def tension(self, command: FloatArray, displacement: FloatArray) -> FloatArray:
+        """Return the tensions [N], shape (B, N), from commanded and achieved displacements."""
+        tension = self.pretension + self.stiffness * (command - displacement)
+        return np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
+
+    def lengths(self, command: JointVector) -> FloatArray:
+        """Return the commanded change of every tendon's length [m], shape (B, N)."""
+        return -command.joint(self.robot) - self.pretension / self.stiffness
+
+    def folded_lengths(self, command: JointVector) -> Any:
+        """Return the commanded lengths of the virtual tendons [m], shape (B, 2S), or 2S floats."""
+        parts = command.parts
+        if isinstance(parts[0], float):
+            if self.aligned:  # the product below, to the bit
+                return list(map(sub, self._folded_preloads, parts))
+            return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
+        return self._fold_map.of_columns(parts) + self._folded_preload
+
+    def surely_taut(
+        self,
+        start: list[float],
+        end: list[float],
+        meanwhile: list[list[float]],
+        after: list[float],
+    ) -> bool:
+        """Return whether no tendon of one robot can have gone slack: a quick look before `slack`.
+
+        Parameters
+        ----------
+        start, end : list of 2S floats
+            Commanded lengths of the virtual tendons before and after K time steps [m].
+        meanwhile : list of 2S lists of K - 1 floats
+            Actual lengths of the virtual tendons between the time steps [m].
+        after : list of 2S floats
+            Those after the last one [m].
+
+        Returns
+        -------
+        bool
+        """
+        room, preload = self._surely_room, self._folded_preloads
+        for i in range(0, len(start), 2):
+            j, xs = i + 1, meanwhile[i]
+            x0, y0, steps = start[i], start[j], len(xs) + 1
+            dx, dy = (end[i] - x0) / steps, (end[j] - y0) / steps
+            x0, y0 = x0 - preload[i], y0 - preload[j]
+            for x, y in zip(xs, meanwhile[j]):  # noqa: B905 (costs as much as three rounds)
+                x0, y0 = x0 + dx, y0 + dy
+                x, y = x - x0, y - y0
+                if x * x + y * y > room:
+                    return False
+            x, y = after[i] - (x0 + dx), after[j] - (y0 + dy)
+            if x * x + y * y > room:
+                return False
+        return True
+
+    def slack(self, start: JointVector, end: JointVector, gap: FloatArray) -> NDArray[np.bool_]:
+        """Return which robots had a tendon that would have pushed after one of K time steps.
+
+        The implicit integrator applies the tension at the end of each step, so that is what must
+        not be negative.
+
+        Parameters
+        ----------
+        start, end : JointVector
+            The drives before and after the K steps, of B robots.
+        gap : ndarray, shape (B, K, 2S)
+            Actual less commanded lengths of the virtual tendons at the end of every step [m].
+
+        Returns
+        -------
+        ndarray of bool, shape (B,)
+        """
+        robot = self.robot
+        batch, steps = gap.shape[:2]
+        gap = gap + self._folded_preload
+        pairs = gap.reshape(batch, steps, robot.n_segments, 2)
+        square = np.einsum("bksi,bksi->bks", pairs, pairs)
+        off = [
+            None if part.off_manifold is None else np.atleast_2d(part.off_manifold)
+            for part in (start, end)
+        ]
+        result = np.zeros(batch, dtype=bool)
+        taut = all(part is None for part in off)
+        # Enough for all tendons of a segment, at a cost that does not grow with their number.
+        if taut and square.max() <= self._least_room:
+            return result
+        room = self._preload
+        for part in off:
+            if part is not None:
+                lowest = np.minimum.reduceat(part, self._first, axis=1)
+                room = np.minimum(room, self._preload + lowest)
+        room = np.maximum(room, 0.0) / self._gain
+        doubtful = ((square.max(1) > room * room) & self._pulling).any(1)
+        if not doubtful.any():
+            return result
+        rows = np.flatnonzero(doubtful)
+        folded = gap[rows].reshape(-1, gap.shape[-1])
+        stretch = map_rows(map_rows(folded, self._unfold), robot.decoder.T)
+        stretch = stretch.reshape(len(rows), steps, -1)
+        ramp = (np.arange(1, steps + 1) / steps)[:, None]
+        for part, weight in zip(off, (1.0 - ramp, ramp), strict=True):
+            if part is not None:
+                stretch = stretch + weight * part[rows, None, :]
+        tension = self.pretension + self.stiffness * stretch
+        result[rows] = (tension[:, :, self.pulls_only] < 0.0).any((1, 2))
+        return result

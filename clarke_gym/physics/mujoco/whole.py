@@ -1,0 +1,78 @@
+"""Control steps of robots with all their tendons."""
+
+from __future__ import annotations
+
+from operator import sub
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.physics.base import JointVector
+from clarke_gym.physics.mujoco.engine import Engine
+from clarke_gym.physics.mujoco.tendons import TendonSprings
+
+
+def ramp_rates(start: Any, end: Any, duration: float) -> Any:
+    """Return the rates at which commanded lengths change in a control step.
+
+    Parameters
+    ----------
+    start, end : ndarray or list of float
+        Lengths before and after [m].
+    duration : float
+        [s].
+
+    Returns
+    -------
+    ndarray or list of float
+        [m/s].
+
+    Examples
+    --------
+    >>> ramp_rates([0.0, 0.5], [0.5, 0.5], 0.25)
+    [2.0, 0.0]
+    """
+    if isinstance(start, list):
+        return [gap / duration for gap in map(sub, end, start)]
+    return (end - start) / duration
+
+
+class WholeSteps:
+    """Runs robots whose tendons are all simulated.
+
+    Parameters
+    ----------
+    engine : Engine
+    springs : TendonSprings
+    steps : int
+        Time steps of a control step.
+    tension_driven : bool
+        Whether the drives give tensions [N] instead of displacements.
+    """
+
+    def __init__(
+        self, engine: Engine, springs: TendonSprings, steps: int, tension_driven: bool = False
+    ) -> None:
+        self.engine = engine
+        self._springs, self._steps, self._tension_driven = springs, steps, tension_driven
+        self._duration = steps * engine.chain.model.opt.timestep
+
+    def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
+        """Advance the robots `rows` (None for all) by one control step.
+
+        Parameters
+        ----------
+        rows : ndarray of int, or None
+        start, end : JointVector
+            The drives before and after.
+        """
+        springs = self._springs
+        if self._tension_driven:
+            tension = end.joint(springs.robot)
+            tension = np.where(springs.pulls_only, np.maximum(tension, 0.0), tension)
+            self.engine.run(rows, None, tension, self._steps)
+            return
+        first, last = (self.engine.straight + springs.lengths(drive) for drive in (start, end))
+        rates = ramp_rates(first, last, self._duration)
+        self.engine.run(rows, first, rates, self._steps)

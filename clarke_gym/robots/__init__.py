@@ -1,0 +1,27 @@
+"""Frozen, validated descriptions of robots, and robots with published dimensions by name."""
+
+from clarke_gym.robots.materials import (
+    MATERIALS,
+    Material,
+)
+from clarke_gym.robots.presets import (
+    HOLDING_LENGTH_M,
+    PRESETS,
+    make_robot,
+)
+from clarke_gym.robots.robot import (
+    JOINT_TYPES,
+    Robot,
+    Segment,
+)
+
+__all__ = [
+    "HOLDING_LENGTH_M",
+    "JOINT_TYPES",
+    "MATERIALS",
+    "PRESETS",
+    "Material",
+    "Robot",
+    "Segment",
+    "make_robot",
+]

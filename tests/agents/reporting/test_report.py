@@ -1,0 +1,317 @@
+"""The report: what it says follows from the data, and it holds for any shape of study."""
+
+import csv
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from agents.reporting import plots
+from agents.reporting.bootstrap import Interval
+from agents.reporting.house_style import MARKS, mark
+from agents.reporting.loading import load_study
+from agents.reporting.report import write_report
+from agents.reporting.results import ResultsError
+from agents.reporting.statistics import welch_p
+from agents.reporting.summary import Comparison, summarise
+from agents.reporting.survival import logrank_p
+from agents.reporting.wording import answer, cpu_text, footer, reporting_block, verdict
+
+APART = {"n = 3": {"raw": 0.6, "clarke": 1.5}}
+FILES = {
+    "learning_curves.png",
+    "forest.png",
+    "auc.png",
+    "steps_to_threshold.png",
+    "tip_error_profile.png",
+    "wall_clock.png",
+    "table.csv",
+    "curves.csv",
+    "runs.csv",
+    "table.md",
+    "report.html",
+}
+
+
+def report(folder, **options):
+    return write_report(folder, reps=200, **options)
+
+
+def table(folder):
+    text = (folder / "report" / "table.csv").read_text()
+    return list(csv.DictReader(text.splitlines()))
+
+
+def summary_of(folder):
+    return summarise(load_study(folder), seed=0, reps=200)
+
+
+class Page(HTMLParser):
+    """Collects the tags and checks that they close in order."""
+
+    VOID = frozenset({"meta", "img", "br"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.stack, self.tags = [], []
+        self.feed(text)
+        assert not self.stack
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.stack.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.stack.pop() == tag
+
+
+def test_writes_every_file_and_leaves_no_temporary(make_study):
+    folder = make_study(APART)
+    target = report(folder)
+    assert target == folder / "report" / "report.html"
+    assert {path.name for path in target.parent.iterdir()} == FILES
+
+
+def test_page_is_self_contained_and_accessible(make_study):
+    text = report(make_study(APART)).read_text()
+    tags = Page(text).tags
+    assert ("html", {"lang": "en"}) in tags
+    assert "<title>Raw tendon space against Clarke coordinates</title>" in text
+    images = [attrs for tag, attrs in tags if tag == "img"]
+    assert len(images) == 6
+    assert all(i["alt"] and i["src"].startswith("data:image/png;base64,") for i in images)
+    assert not {tag for tag, _ in tags} & {"script", "link", "iframe"}
+    assert not re.search(r"https?://|url\(|@import", text)
+    assert "prefers-color-scheme: dark" in text
+
+
+def test_same_input_gives_the_same_bytes_and_another_seed_other_ones(make_study, tmp_path):
+    folder = make_study(APART, 6)
+    first, again, other = tmp_path / "a", tmp_path / "b" / "deep", tmp_path / "c"
+    report(folder, out_dir=first)
+    report(folder, out_dir=again)
+    report(folder, out_dir=other, seed=1)
+    for name in FILES:
+        assert (first / name).read_bytes() == (again / name).read_bytes(), name
+    assert (first / "table.csv").read_text() != (other / "table.csv").read_text()
+
+
+@pytest.mark.parametrize("draw", [plots.learning_curves, plots.profiles])
+def test_bands_follow_the_bootstrap_seed(make_study, draw):
+    study = load_study(make_study(APART, 6))
+    one, two = (draw(summarise(study, seed=seed, reps=50), "footer") for seed in (0, 1))
+    assert one != two
+
+
+def test_user_text_is_escaped(make_study):
+    evil = "<script>alert('$x^$')</script>"
+    folder = make_study({evil: {"raw": 1, "<i>&": 1}}, title=evil, note=evil, tuning=evil)
+    text = report(folder).read_text()
+    Page(text)
+    assert "<script" not in text
+    assert "<i>" not in text
+    assert "&lt;script&gt;" in text
+
+
+@pytest.mark.parametrize(
+    ("speeds", "word", "phrase"),
+    [
+        ({"raw": 0.7, "clarke": 1.6}, "Faster", "AUC of success was higher"),
+        ({"raw": 1.6, "clarke": 0.7}, "Slower", "AUC of success was lower"),
+        ({"raw": 1.0, "clarke": 1.0}, "No difference shown", "no difference shown in AUC"),
+    ],
+)
+def test_the_answer_falls_the_way_of_the_data(make_study, speeds, word, phrase):
+    folder = make_study({"n = 7": speeds}, 10)
+    text = report(folder).read_text()
+    found = re.search(r"n = 7: <span[^>]*>([^<]+)</span>", text)
+    assert found
+    assert found.group(1) == word
+    assert phrase in text.split("<h2>")[0]
+
+
+def test_the_headline_numbers_are_those_of_the_data(make_study):
+    folder = make_study(APART, 10)
+    study = load_study(folder)
+    (row,) = summary_of(folder).comparisons
+    raw, clarke = (study.success(arm) for arm in study.arms)
+    steps = [
+        np.mean(
+            [
+                next((s for s, r in zip(study.env_steps, c, strict=True) if r >= 0.9), 200_000)
+                for c in cs
+            ]
+        )
+        for cs in (raw, clarke)
+    ]
+    assert row.speed_up.estimate == pytest.approx(steps[0] / steps[1])
+    assert row.steps_ratio.estimate == pytest.approx(steps[1] / steps[0])
+    assert row.steps_ratio.low == pytest.approx(1 / row.speed_up.high)
+    assert f"needed {steps[1] / steps[0]:.2f}× the environment steps" in answer(row, 0.9, 200_000)
+
+
+def comparison(speed_up, difference, reached=(3, 3)):
+    half = Interval(0.5, 0.2, 0.8)
+    return Comparison("t", "clarke", "raw", speed_up, difference, half, reached)
+
+
+@pytest.mark.parametrize(
+    ("speed_up", "difference", "word"),
+    [
+        ((2, 1.5, 2.5), (0.1, 0.05, 0.2), "Faster"),
+        ((0.5, 0.4, 0.6), (-0.1, -0.2, -0.05), "Slower"),
+        ((2, 0.9, 2.5), (0.1, -0.05, 0.2), "No difference shown"),
+        ((2, 1.5, 2.5), (0.1, -0.05, 0.2), "Mixed"),
+        ((2, 1.5, 2.5), (-0.1, -0.2, -0.05), "Mixed"),
+        ((1, 1, 1), (0.1, 0.05, 0.2), "Mixed"),
+        ((2, np.nan, np.nan), (0.1, np.nan, np.nan), "No interval"),
+    ],
+)
+def test_verdict_needs_both_intervals(speed_up, difference, word):
+    assert verdict(comparison(Interval(*speed_up), Interval(*difference))) == word
+
+
+def test_answer_never_claims_steps_that_no_run_reached():
+    row = comparison(Interval(1, 1, 1), Interval(0, -0.1, 0.1), reached=(0, 0))
+    text = answer(row, 0.9, 200_000)
+    assert text.startswith("No run of either reached 90 % success within 200,000 steps")
+    assert "needed" not in text
+
+
+@pytest.mark.parametrize(("n_seeds", "smoke"), [(9, True), (10, False)])
+def test_few_seeds_are_called_smoke_on_page_and_figures(make_study, n_seeds, smoke):
+    folder = make_study(APART, n_seeds, note="a note")
+    text = report(folder).read_text()
+    assert ("Smoke result: too few seeds for a claim" in text) is smoke
+    line = footer(summary_of(folder))
+    assert line.startswith("SMOKE") is smoke
+    assert "a note" in line
+
+
+def test_single_seed_has_no_interval_and_says_so(make_study):
+    folder = make_study(APART | {"n = 4": {"raw": 1, "clarke": 1}}, 1)
+    text = report(folder).read_text()
+    assert "single seed" in text
+    assert "No interval" in text
+    assert "nan" not in re.sub(r"base64,[^\"]*", "", text)
+    (row, *_) = table(folder)
+    assert row["auc"]
+    assert row["auc_low"] == ""
+
+
+def test_partial_study_lists_what_is_missing_and_counts_failures(make_study):
+    folder = make_study(APART | {"n = 4": {"raw": 1, "clarke": 1, "rotated": 1}})
+    shutil.rmtree(folder / "raw_1")
+    for seed in range(3):
+        (folder / "clarke_1" / f"seed_0{seed}" / "DONE").unlink()
+    (folder / "clarke_0" / "seed_02" / "FAILED").touch()
+    text = report(folder).read_text()
+    assert "6 of 15 runs are not finished" in text
+    assert "1 failed runs count as success 0" in text
+    assert "n = 4: no run of the baseline raw" in text
+    assert "n = 4: no run of clarke" in text
+    assert "<td>raw_1</td><td>2</td><td>missing</td>" in text
+    assert "<td>clarke_0</td><td>2</td><td>failed</td>" in text
+    summary = summary_of(folder)
+    assert [arm.n for arm in summary.arms] == [3, 3, 0, 0, 3]
+    assert summary.find("n = 3", "clarke").reached == 2
+    block = reporting_block(summary)
+    assert block["Runs"] == "9 of 15"
+    assert block["Failures counted as zeros"] == "1"
+
+
+def test_study_without_baseline_or_side_files_still_reports(make_study):
+    folder = make_study({"t": {"clarke": 1, "rotated": 1}})
+    for name in ("manifest.json", "progress.csv"):
+        for path in folder.glob(f"*/*/{name}"):
+            path.unlink()
+    text = report(folder).read_text()
+    assert "No comparison is possible yet" in text
+    names = {path.name for path in (folder / "report").iterdir()}
+    assert names == FILES - {"forest.png", "wall_clock.png"}
+    block = reporting_block(summary_of(folder))
+    assert block["Code"] == block["CPU hours"] == "unknown"
+
+
+def test_ten_arms_and_five_tasks(make_study):
+    names = [*[name for name in MARKS if name != "raw_scaled"], "unheard_of"]
+    folder = make_study({f"n = {n}": dict.fromkeys(names, 1.0) for n in range(3, 8)}, 2)
+    report(folder)
+    summary = summary_of(folder)
+    assert len(summary.comparisons) == 45
+    assert len(summary.pooled) == 9
+    assert len(table(folder)) == 50
+
+
+def test_arms_that_never_succeed_are_reported_without_a_median(make_study):
+    folder = make_study({"t": {"raw": 0.05, "clarke": 0.05}})
+    text = report(folder).read_text()
+    assert "not reached" in text
+    assert "No run of either reached" in text
+
+
+def test_p_values_are_adjusted_over_all_comparisons(make_study):
+    folder = make_study({f"{k}": {"raw": 1.0, "clarke": 1.3} for k in range(4)}, 5)
+    summary = summary_of(folder)
+    raw, clarke = (summary.find("0", name).runs for name in ("raw", "clarke"))
+    # the four tasks hold the same runs, so every p-value is four times that of one task
+    for row in summary.comparisons:
+        assert row.welch_p == pytest.approx(min(1, 4 * welch_p(raw.auc, clarke.auc)))
+        single = logrank_p(raw.steps, raw.reached, clarke.steps, clarke.reached)
+        assert row.logrank_p == pytest.approx(min(1, 4 * single))
+
+
+def test_cpu_hours_tell_how_many_runs_they_cover(make_study):
+    folder = make_study(APART)
+    assert cpu_text(load_study(folder)) == "0.60"
+    (folder / "raw_0" / "seed_00" / "manifest.json").unlink()
+    assert cpu_text(load_study(folder)) == "0.50 (known for 5 of 6 runs)"
+
+
+def test_colours_are_fixed_and_distinct():
+    assert mark("raw").colour == "#D55E00"
+    assert mark("clarke").colour == "#0072B2"
+    assert len({m.colour for m in MARKS.values()}) == len(MARKS)
+    assert mark("unheard_of") == mark("unheard_of") != mark("another")
+
+
+def test_failed_write_keeps_the_old_report(make_study, monkeypatch):
+    folder = make_study(APART)
+    target = report(folder)
+    before = target.read_bytes()
+    monkeypatch.setattr("os.fdopen", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        report(folder)
+    assert target.read_bytes() == before
+    assert {path.name for path in target.parent.iterdir()} == FILES
+
+
+def test_classical_control_is_drawn_where_the_study_measured_it(make_study):
+    study = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}})
+    without = plots.learning_curves(summarise(load_study(study), reps=50, seed=0), "")
+    entry = {"agent": "clarke_controller", "success_rate": 0.5, "tip_error_mm": 20.0}
+    (study / "references.json").write_text(json.dumps({"n = 3": entry}))
+    loaded = load_study(study)
+    assert loaded.references["n = 3"].tip_error_mm == 20.0
+    assert plots.learning_curves(summarise(loaded, reps=50, seed=0), "") != without
+    (study / "references.json").write_text("{")
+    with pytest.raises(ResultsError, match=r"references\.json"):
+        load_study(study)
+
+
+def test_data_behind_the_report_is_complete(make_study):
+    folder = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}}, n_seeds=2)
+    report(folder)
+    rows = list(csv.DictReader((folder / "report" / "curves.csv").read_text().splitlines()))
+    study = load_study(folder)
+    assert len(rows) == 4 * len(study.env_steps)
+    last = [row for row in rows if row["representation"] == "clarke" and row["seed"] == "1"][-1]
+    clarke = next(arm for arm in study.arms if arm.representation == "clarke")
+    assert float(last["success_rate"]) == pytest.approx(study.success(clarke)[1, -1])
+    runs = list(csv.DictReader((folder / "report" / "runs.csv").read_text().splitlines()))
+    assert {row["git_sha"] for row in runs} == {"0123456789abcdef"}
+    assert len(runs) == 4

@@ -1,0 +1,95 @@
+"""Configurations: every shipped file is valid, every mistake is named."""
+
+from pathlib import Path
+
+import pytest
+
+from agents.studies.config import ROOT, ConfigError, StudyConfig, TrainConfig, load_config
+
+STUDIES = sorted((ROOT / "configs" / "studies").glob("*.yaml"))
+TRAINS = sorted((ROOT / "configs" / "train").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
+def test_shipped_studies_are_valid_and_complete(path):
+    study = load_config(StudyConfig, path)
+    runs = study.runs()
+    assert study.name == path.stem
+    assert len(runs) == len(study.seeds) * len(study.representations) * len(study.tasks)
+    assert len({(run.name, run.seed) for run in runs}) == len(runs)
+
+
+@pytest.mark.parametrize("path", TRAINS, ids=lambda p: p.stem)
+def test_shipped_runs_are_valid(path):
+    assert load_config(TrainConfig, path).name == path.stem
+
+
+def test_quick_study_is_what_the_readme_says():
+    study = load_config(StudyConfig, ROOT / "configs" / "studies" / "quick.yaml")
+    assert [task.env["n_tendons"] for task in study.tasks] == [3, 7, 11]
+    assert [rep.label for rep in study.representations] == ["raw", "clarke"]
+    assert len(study.seeds) == 5
+    assert "smoke" in study.note
+
+
+def write(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "run.yaml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "messages"),
+    [
+        ("algo: {name: ppo, learning_rat: 1}", ["algo.ppo.learning_rat", "Extra inputs"]),
+        ("algo: {name: dqn}", ["algo", "dqn"]),
+        ("algo: nonsense", ["nonsense.yaml"]),
+        ("env: {kwargs: {n_tendons: 2}}", ["env", "n_tendons must be at least 3, got 2"]),
+        ("env: {id: clarke_gym/Nope-v0}", ["Nope"]),
+        ("seed: -1\ntotal_steps: 0", ["seed", "total_steps"]),
+        ("algo: {name: ppo, learning_rate: .nan}", ["learning_rate"]),
+        ("total_steps: 1000", ["multiple of evaluation.every_steps"]),
+        ("- a\n- b", ["expected a mapping"]),
+        ("a: [", ["run.yaml"]),
+        ("name: ../../etc", ["name"]),
+    ],
+)
+def test_mistakes_are_named_all_at_once(tmp_path, text, messages):
+    with pytest.raises(ConfigError) as error:
+        load_config(TrainConfig, write(tmp_path, text))
+    for message in messages:
+        assert message in str(error.value)
+
+
+def test_yaml_is_loaded_safely(tmp_path):
+    marker = tmp_path / "marker"
+    path = write(tmp_path, f"name: !!python/object/apply:os.system ['touch {marker}']")
+    with pytest.raises(ConfigError):
+        load_config(TrainConfig, path)
+    assert not marker.exists()
+
+
+def test_overrides_reach_nested_keys(tmp_path):
+    path = write(tmp_path, "name: a")
+    config = load_config(TrainConfig, path, {"env.kwargs.n_tendons": "7", "seed": "3"})
+    assert config.env.kwargs == {"n_tendons": 7}
+    assert config.seed == 3
+    with pytest.raises(ConfigError, match="not a group"):
+        load_config(TrainConfig, path, {"name.x": "1"})
+
+
+def test_study_arms_must_be_consistent(tmp_path):
+    text = (ROOT / "configs" / "studies" / "quick.yaml").read_text()
+    with pytest.raises(ConfigError, match="baseline"):
+        load_config(StudyConfig, write(tmp_path, text.replace("baseline: raw", "baseline: x")))
+    with pytest.raises(ConfigError, match="seeds must differ"):
+        load_config(StudyConfig, write(tmp_path, text.replace("[0, 1, 2, 3, 4]", "[1, 1]")))
+
+
+def test_hidden_hyper_parameters_are_neutralised():
+    """Protocol, rule 3: entropy per degree of freedom, noise in tip space."""
+    for name, expected in (("sac", "target_entropy"), ("td3", "action_noise")):
+        config = TrainConfig.model_validate({"algo": {"name": name}, "env": {"num_envs": 8}})
+        raw = config.algo.arguments({"dof": 2, "action": 8})[expected]
+        clarke = config.algo.arguments({"dof": 2, "action": 2})[expected]
+        assert raw == (clarke if name == "sac" else pytest.approx(2.0 * clarke))

@@ -1,0 +1,130 @@
+"""Classical controllers solve Reach through any representation, on both physics."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from agents.learning.evaluation import HeldOutEvaluation
+from agents.studies.config import EnvSettings
+from clarke_gym.control.controllers import (
+    CONTROLLERS,
+    Gains,
+    TipController,
+    make_controller,
+)
+from clarke_gym.control.manifold_interface import ManifoldInterface
+from clarke_gym.kinematics import bending_to_clarke
+from clarke_gym.representations import representation_names
+
+
+def errors(name, goals=100, **kwargs):
+    """Return tip errors [% of length] on held-out goals."""
+    evaluation = HeldOutEvaluation(EnvSettings(kwargs=kwargs), goals)
+    result = evaluation.run(make_controller(name, evaluation.env))
+    evaluation.close()
+    return result["tip_error_percent"]
+
+
+@pytest.mark.parametrize("n", [3, 4, 7, 11, 32])
+@pytest.mark.parametrize("segments", [1, 2, 3, 4, 5])
+def test_every_held_out_goal_is_reached_whatever_the_number_of_tendons(n, segments):
+    representation = "raw" if n % 2 else "clarke"
+    found = errors(
+        "clarke_controller", n_tendons=n, n_segments=segments, representation=representation
+    )
+    assert found.max() < 1.0
+
+
+@pytest.mark.parametrize("name", [n for n in representation_names() if n != "random_basis"])
+def test_the_representation_makes_no_difference(name):
+    kwargs = {"n_tendons": 4, "n_segments": 2, "goals": 20}
+    plain = errors("clarke_controller", **kwargs)
+    coded = errors("clarke_controller", representation=name, **kwargs)
+    np.testing.assert_allclose(coded, plain, rtol=0, atol=0.01)
+
+
+@pytest.mark.parametrize("control", ["increment", "absolute"])
+@pytest.mark.parametrize("goal_env", [False, True])
+def test_both_controls_and_both_forms_of_observation(control, goal_env):
+    kwargs = {"control": control, "goal_env": goal_env, "observation_representation": "clarke"}
+    assert errors("clarke_controller", 30, n_tendons=5, **kwargs).max() < 0.1
+
+
+@pytest.mark.parametrize(("n", "segments"), [(3, 1), (7, 1), (4, 2), (11, 3), (7, 4), (3, 5)])
+def test_mujoco_within_three_percent(n, segments):
+    kwargs = {"n_tendons": n, "n_segments": segments, "physics": "mujoco"}
+    assert errors("clarke_controller", **kwargs).max() < 3.0
+
+
+def test_the_tips_correction_pays_on_mujoco():
+    kwargs = {"n_tendons": 3, "n_segments": 2, "physics": "mujoco"}
+    with_tip, without = (
+        errors(name, 20, **kwargs) for name in ("clarke_controller", "clarke_model_only")
+    )
+    assert np.median(with_tip) < 0.3 * np.median(without)
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_every_controller_solves_one_segment_and_acts_inside_the_space(name):
+    env = gym.make_vec("clarke_gym/Reach-v0", num_envs=8, n_tendons=7, representation="clarke")
+    controller = make_controller(name, env)
+    observation, info = env.reset(seed=3)
+    for _ in range(49):
+        action = controller.act(observation)
+        assert env.action_space.contains(action)
+        observation, _, _, _, info = env.step(action)
+    assert info["tip_error_percent"].max() < 1.0
+
+
+def test_a_single_environment_gets_single_actions():
+    env = gym.make("clarke_gym/Reach-v0", n_tendons=5)
+    controller = make_controller("clarke_controller", env)
+    observation, info = env.reset(seed=1)
+    for _ in range(50):
+        observation, _, _, truncated, info = env.step(controller.act(observation))
+    assert truncated
+    assert info["tip_error_percent"] < 0.1
+
+
+def test_a_new_goal_in_the_same_row_is_planned_anew():
+    env = gym.make_vec("clarke_gym/Reach-v0", num_envs=4, n_tendons=5)
+    controller = make_controller("clarke_controller", env)
+    observation, info = env.reset(seed=2)
+    for _ in range(2 * 51 - 1):  # two episodes and the step that starts the second
+        observation, _, _, _, info = env.step(controller.act(observation))
+    assert info["tip_error_percent"].max() < 1.0
+
+
+def test_the_law_is_the_sheets_proportional_loop_on_the_manifold():
+    """One step: the command moves by Kp (target - M_P rho) dt, tendons never leave the manifold."""
+    env = gym.make("clarke_gym/Reach-v0", n_tendons=7, random_start=False)
+    observation, _ = env.reset(seed=0, options={"goal": np.array([0.004, 0.001, 0.1999])})
+    controller = TipController(env, Gains(proportional=2.0, tip_memory_s=0.0))
+    action = controller.act(observation)
+    robot = env.unwrapped.core.robot
+    target = bending_to_clarke(controller._target, robot.pitch_radii)[0, 0]
+    step = robot.max_tendon_speed_m_s * 0.05
+    np.testing.assert_allclose(
+        robot.encoder @ action * step, 2.0 * 0.05 * target, rtol=0, atol=1e-9
+    )
+    np.testing.assert_allclose(robot.decoder @ robot.encoder @ action, action, rtol=0, atol=1e-7)
+
+
+def test_observations_are_read_in_si_units():
+    env = gym.make("clarke_gym/Reach-v0", robot="slim", observation_representation="clarke")
+    observation, _ = env.reset(seed=4)
+    now = ManifoldInterface(env).sense(observation)
+    core = env.unwrapped.core
+    np.testing.assert_allclose(now.tip, core.physics.state.tip_position, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(now.goal, core.goal, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        now.displacement, core.physics.state.displacement.clarke, rtol=0, atol=1e-8
+    )
+
+
+def test_mistakes_are_named():
+    env = gym.make("clarke_gym/Reach-v0")
+    with pytest.raises(ValueError, match="controller must be one of"):
+        make_controller("pid", env)
+    with pytest.raises(TypeError, match="needs a clarke_gym environment"):
+        make_controller("clarke_controller", gym.make("CartPole-v1"))
