@@ -18,6 +18,8 @@ from clarke_gym.envs._shared import (
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.limits import Reading
+from clarke_gym.robots import Robot
+from clarke_gym.tasks.base import Task
 
 _ROW = np.array([0])
 
@@ -42,6 +44,16 @@ class ContinuumRobotEnv(gym.Env[Any, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.action_space = self.core.reader.space
         self.observation_space = self.core.observation_space()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's description."""
+        return self.core.robot
+
+    @property
+    def task(self) -> Task:
+        """What is asked of the robot."""
+        return self.core.task
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

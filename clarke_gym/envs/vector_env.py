@@ -19,6 +19,8 @@ from clarke_gym.envs.env import ContinuumRobotEnv
 from clarke_gym.envs.limits import Reading
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_choice, check_count
+from clarke_gym.robots import Robot
+from clarke_gym.tasks.base import Task
 
 BoolArray = NDArray[np.bool_]
 
@@ -82,6 +84,16 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._done = np.zeros(num_envs, dtype=bool)
         self._all = np.arange(num_envs)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's description."""
+        return self.core.robot
+
+    @property
+    def task(self) -> Task:
+        """What is asked of the robot."""
+        return self.core.task
 
     def reset(
         self,

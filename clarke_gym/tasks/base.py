@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +13,28 @@ from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.base import RobotState
 
 Float32Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that tells how well an episode went, by the name it has wherever it appears.
+
+    Parameters
+    ----------
+    name : str
+        Its key in `info`, in evaluations and in tables, e.g. "tip_error_m".
+    label : str
+        What people read, e.g. "tip error".
+    unit : str
+        Of the number, e.g. "m", "%", or "" for none.
+    worst : float
+        What an episode that failed counts as.
+    """
+
+    name: str
+    label: str
+    unit: str
+    worst: float
 
 
 class Task(Protocol):
@@ -25,6 +48,8 @@ class Task(Protocol):
     goal_size: int
     n_uniforms: int
     """Random numbers that one episode needs."""
+    metrics: tuple[Metric, ...]
+    """What tells how well an episode went; the first one leads in reports."""
 
     def sample(self, uniforms: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return start bending vectors [rad] (R, S, 2) and goals in SI units (R, goal_size).

@@ -19,7 +19,7 @@ from clarke_gym.numerics.arrays import (
 from clarke_gym.numerics.checks import check_choice, check_positive
 from clarke_gym.physics.base import JointVector, RobotState
 from clarke_gym.robots.robot import Robot
-from clarke_gym.tasks.base import Float32Array
+from clarke_gym.tasks.base import Float32Array, Metric
 
 REWARDS = ("dense", "sparse")
 
@@ -70,6 +70,10 @@ class Reach:
         self.success_tolerance = float(success_tolerance)
         self.n_uniforms = 4 * robot.n_segments
         self._length = robot.length_m
+        self.metrics = (  # no tip can be further from a goal than twice the length
+            Metric("tip_error_m", "tip error", "m", 2.0 * robot.length_m),
+            Metric("tip_error_percent", "tip error", "% of length", 200.0),
+        )
         self._lengths = robot.lengths.tolist()
         self._sparse = reward == "sparse"
         self._random_start = bool(random_start)
