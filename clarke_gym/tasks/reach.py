@@ -70,7 +70,9 @@ class Reach:
         self.success_tolerance = float(success_tolerance)
         self.n_uniforms = 4 * robot.n_segments
         self._length = robot.length_m
-        self.metrics = (  # no tip can be further from a goal than twice the length
+        self.metrics: tuple[
+            Metric, ...
+        ] = (  # no tip can be further from a goal than twice the length
             Metric("tip_error_m", "tip error", "m", 2.0 * robot.length_m),
             Metric("tip_error_percent", "tip error", "% of length", 200.0),
         )
