@@ -1,1 +1,1 @@
-"""Adapters to other libraries, each of which imports its library itself."""
+"""Adapters to other libraries; importing one needs its library, nothing else does."""

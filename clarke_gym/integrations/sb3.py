@@ -1,4 +1,7 @@
-"""Adapter: a clarke_gym vector environment as a Stable-Baselines3 `VecEnv`."""
+"""Stable-Baselines3: a clarke_gym vector environment as a `VecEnv`, stepped as one batch.
+
+Importing this module needs Stable-Baselines3 (the extra ``sb3``); the rest of clarke_gym does not.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,60 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import VecEnv
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+import clarke_gym  # noqa: F401  (registers the environments)
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+    from stable_baselines3.common.vec_env.base_vec_env import (
+        VecEnvIndices,
+        VecEnvObs,
+        VecEnvStepReturn,
+    )
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError(
+        f"clarke_gym.integrations.sb3 needs Stable-Baselines3 ({error}): "
+        'pip install "clarke_gym[sb3]"',
+        name=error.name,
+    ) from error
+
+
+def make_sb3_vec_env(id: str, num_envs: int = 1, **kwargs: Any) -> Sb3VecEnv:
+    """Return environments that Stable-Baselines3 trains in, stepped as one batch.
+
+    Parameters
+    ----------
+    id : str
+        A registered id, e.g. "clarke_gym/Reach-v0".
+    num_envs : int
+        Number of environments.
+    **kwargs
+        Keyword arguments of `gymnasium.make_vec`, e.g. ``n_tendons``, ``representation``.
+
+    Returns
+    -------
+    Sb3VecEnv
+        Bit for bit what SB3's `DummyVecEnv` makes of as many scalar environments.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a keyword is unknown or its value impossible; ``autoreset_mode`` is the adapter's own.
+
+    Examples
+    --------
+    >>> vec_env = make_sb3_vec_env(
+    ...     "clarke_gym/Reach-v0", num_envs=4, n_tendons=7, representation="clarke"
+    ... )
+    >>> vec_env.num_envs, vec_env.action_space.shape
+    (4, (2,))
+    >>> observation = vec_env.reset()
+    >>> observation, reward, done, infos = vec_env.step(np.zeros((4, 2), np.float32))
+    >>> reward.shape
+    (4,)
+    """
+    env = gym.make_vec(id, num_envs=num_envs, autoreset_mode="disabled", **kwargs)
+    return Sb3VecEnv(env)
 
 
 class Sb3VecEnv(VecEnv):
