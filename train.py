@@ -87,9 +87,10 @@ Command = (
 
 
 def _train(command: Train) -> int:
+    from agents.files import run_folder
+    from agents.learning.config import TrainConfig, load_config
     from agents.learning.training import train
-    from agents.studies.config import TrainConfig, load_config
-    from agents.studies.study import progress_bar, run_folder
+    from agents.studies.study import progress_bar
 
     overrides = dict(command.set)
     if command.seed is not None:
@@ -118,7 +119,8 @@ def _play(command: Play) -> int:
 
 
 def _study(command: Study) -> int:
-    from agents.studies.config import StudyConfig, load_config
+    from agents.learning.config import load_config
+    from agents.studies.config import StudyConfig
     from agents.studies.study import run_study
 
     config = load_config(StudyConfig, command.config, dict(command.set))
@@ -138,7 +140,7 @@ def _report(command: Report) -> int:
 def main() -> int:
     """Run the command line; expected errors are one line, not a traceback."""
     command: Train | Evaluate | Play | Study | Report = tyro.cli(Command, description=__doc__)
-    from agents.studies.config import ConfigError
+    from agents.files import ConfigError
 
     try:
         match command:

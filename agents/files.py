@@ -1,4 +1,4 @@
-"""Run folders: atomic writes, one writer at a time, and what a manifest says."""
+"""Run folders: where they lie, atomic writes, one writer at a time, and what a manifest says."""
 
 from __future__ import annotations
 
@@ -20,9 +20,37 @@ from typing import Any
 import numpy as np
 import yaml
 
-from agents.studies.config import ROOT, ConfigError
+ROOT = Path(__file__).resolve().parents[1]
+"""The checkout."""
 
-PACKAGES = ("clarke_gym", "gymnasium", "mujoco", "numpy", "stable_baselines3", "torch")
+DONE, FAILED = "DONE", "FAILED"
+"""Marker files of a run folder: finished, and ended by an error (which it holds)."""
+
+PACKAGES = (
+    "clarke_gym",
+    "gymnasium",
+    "mujoco",
+    "numpy",
+    "sb3_contrib",
+    "stable_baselines3",
+    "torch",
+)
+"""Packages whose versions a manifest records, where they are installed."""
+
+
+class ConfigError(ValueError):
+    """A configuration that cannot be used; the message says where and why."""
+
+
+def run_folder(study: Path, arm: str, seed: int) -> Path:
+    """Return the folder of one run.
+
+    Examples
+    --------
+    >>> run_folder(Path("runs/quick"), "raw_n3", 4).as_posix()
+    'runs/quick/raw_n3/seed_04'
+    """
+    return study / arm / f"seed_{seed:02d}"
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -97,12 +125,19 @@ def _git(*arguments: str) -> str:
     return result.stdout.strip() if result.returncode == 0 else "unknown"
 
 
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
 def write_manifest(path: Path, extra: dict[str, Any]) -> None:
     """Write where results come from: code, packages, command, machine, and `extra`."""
     manifest = {
         "git_sha": _git("rev-parse", "HEAD"),
         "git_dirty": _git("status", "--porcelain", "--untracked-files=no") not in ("", "unknown"),
-        "packages": {name: importlib.metadata.version(name) for name in PACKAGES},
+        "packages": {name: version for name in PACKAGES if (version := _version(name))},
         "python": platform.python_version(),
         "command": shlex.join(sys.argv),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",

@@ -13,8 +13,8 @@ import numpy as np
 from tqdm import tqdm
 
 from agents.files import write_text
+from agents.learning.config import EnvSettings
 from agents.learning.evaluation import HeldOutEvaluation
-from agents.studies.config import EnvSettings
 from clarke_gym.control.controllers import make_controller
 from clarke_gym.numerics.arrays import FloatArray
 

@@ -15,9 +15,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from agents.files import ROOT
+from agents.learning.config import load_config
 from agents.learning.evaluation import HeldOutEvaluation, PolicyAgent
 from agents.learning.training import train
-from agents.studies.config import ROOT, StudyConfig, load_config
+from agents.studies.config import StudyConfig
 from clarke_gym.integrations.sb3 import Sb3VecEnv
 
 POLICY = "policy in evaluations"

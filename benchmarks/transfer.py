@@ -13,10 +13,10 @@ import numpy as np
 from tqdm import tqdm
 
 from agents.files import write_text
+from agents.learning.config import EnvSettings, TrainConfig, load_config
 from agents.learning.evaluation import HeldOutEvaluation, load_agent
 from agents.reporting.loading import load_study
 from agents.reporting.results import Arm
-from agents.studies.config import EnvSettings, TrainConfig, load_config
 from clarke_gym.numerics.arrays import FloatArray
 
 COUNTS = (3, 4, 7, 11, 32)

@@ -1,10 +1,21 @@
-"""Settings of the learning algorithms; the names are Stable-Baselines3's."""
+"""Learning algorithms: the settings of each, and the class that learns with them, in one table.
+
+Names of settings are those of Stable-Baselines3. To add one of its algorithms or of sb3-contrib's,
+write its settings and one line of the table below; configs/algos/NAME.yaml lets studies say
+``algo: NAME``.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import importlib
+import importlib.util
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
 
 PositiveFloat = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
@@ -16,8 +27,28 @@ class Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
-class PPOSettings(Model):
-    """Proximal policy optimisation; the names are Stable-Baselines3's."""
+class Settings(Model):
+    """What every algorithm's settings offer to a run."""
+
+    name: str
+
+    def steps_per_update(self, num_envs: int) -> int:
+        """Return the environment steps between two updates of the policy."""
+        raise NotImplementedError
+
+    def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
+        """Return the keyword arguments of the class.
+
+        Parameters
+        ----------
+        sizes : dict
+            "dof": physical degrees of freedom, "action": action coordinates.
+        """
+        raise NotImplementedError
+
+
+class PPOSettings(Settings):
+    """Proximal policy optimisation."""
 
     name: Literal["ppo"] = "ppo"
     learning_rate: PositiveFloat = 1e-3
@@ -37,7 +68,7 @@ class PPOSettings(Model):
         return self.n_steps * num_envs
 
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
-        """Return the keyword arguments of the SB3 class."""
+        """Return the keyword arguments of the class."""
         del sizes  # PPO has no setting that depends on the robot
         fields = self.model_dump(exclude={"name", "net_arch", "log_std_init"})
         return fields | {
@@ -45,7 +76,7 @@ class PPOSettings(Model):
         }
 
 
-class _OffPolicySettings(Model):
+class _OffPolicySettings(Settings):
     learning_rate: PositiveFloat = 1e-3
     buffer_size: PositiveInt = 200_000
     learning_starts: PositiveInt = 1_000
@@ -65,23 +96,33 @@ class _OffPolicySettings(Model):
         return fields | {"policy_kwargs": {"net_arch": self.net_arch}}
 
 
-class SACSettings(_OffPolicySettings):
-    """Soft actor-critic; the names are Stable-Baselines3's."""
-
-    name: Literal["sac"] = "sac"
+class _MaximumEntropySettings(_OffPolicySettings):
     target_entropy_per_dof: Annotated[float, Field(allow_inf_nan=False)] | None = -1.0
     """Target entropy per physical degree of freedom (two a segment), the same for every
     representation; null for SB3's "auto", which is minus the number of action coordinates."""
 
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
-        """Return the keyword arguments of the SB3 class."""
+        """Return the keyword arguments of the class."""
         per_dof = self.target_entropy_per_dof
         entropy = "auto" if per_dof is None else per_dof * sizes["dof"]
         return self._arguments({"target_entropy_per_dof"}) | {"target_entropy": entropy}
 
 
+class SACSettings(_MaximumEntropySettings):
+    """Soft actor-critic."""
+
+    name: Literal["sac"] = "sac"
+
+
+class TQCSettings(_MaximumEntropySettings):
+    """Truncated quantile critics: soft actor-critic without the critics' most hopeful quantiles."""
+
+    name: Literal["tqc"] = "tqc"
+    top_quantiles_to_drop_per_net: NonNegativeInt = 2
+
+
 class TD3Settings(_OffPolicySettings):
-    """Twin delayed DDPG; the names are Stable-Baselines3's."""
+    """Twin delayed DDPG."""
 
     name: Literal["td3"] = "td3"
     exploration_noise: PositiveFloat = 0.1
@@ -89,11 +130,83 @@ class TD3Settings(_OffPolicySettings):
     coordinates get sqrt(k / 2) times as much each, so that tips explore alike."""
 
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
-        """Return the keyword arguments of the SB3 class, noise without its type."""
+        """Return the keyword arguments of the class, noise as its standard deviation."""
         scale = (sizes["action"] / sizes["dof"]) ** 0.5
         return self._arguments({"exploration_noise"}) | {
             "action_noise": self.exploration_noise * scale
         }
 
 
-AlgoSettings = Annotated[PPOSettings | SACSettings | TD3Settings, Field(discriminator="name")]
+@dataclass(frozen=True)
+class Algorithm:
+    """One algorithm: its settings, and where its class lives.
+
+    Parameters
+    ----------
+    settings : type
+    class_path : str
+        ``module:class``; imported when a run needs it, since the module loads torch.
+    group : str
+        Dependency group of pyproject.toml that installs the module.
+    """
+
+    settings: type[Settings]
+    class_path: str
+    group: str = "train"
+
+    @property
+    def module(self) -> str:
+        """Name of the module that holds the class."""
+        return self.class_path.partition(":")[0]
+
+    @property
+    def installed(self) -> bool:
+        """Whether the module is there to be imported."""
+        return importlib.util.find_spec(self.module) is not None
+
+    def check_installed(self) -> None:
+        """Refuse an algorithm whose library is not installed.
+
+        Raises
+        ------
+        ValueError
+            Naming what to install.
+        """
+        if not self.installed:
+            raise ValueError(
+                f"it needs {self.module}, which is not installed: "
+                f"python -m pip install --group {self.group}"
+            )
+
+    def load_class(self) -> type[BaseAlgorithm]:
+        """Import and return the class.
+
+        Raises
+        ------
+        ValueError
+            If its library is not installed.
+        """
+        self.check_installed()
+        found: type[BaseAlgorithm] = getattr(
+            importlib.import_module(self.module), self.class_path.partition(":")[2]
+        )
+        return found
+
+
+_TABLE = (
+    Algorithm(PPOSettings, "stable_baselines3:PPO"),
+    Algorithm(SACSettings, "stable_baselines3:SAC"),
+    Algorithm(TD3Settings, "stable_baselines3:TD3"),
+    Algorithm(TQCSettings, "sb3_contrib:TQC", group="contrib"),
+)
+
+ALGORITHMS = {algorithm.settings.model_fields["name"].default: algorithm for algorithm in _TABLE}
+"""Name -> algorithm."""
+
+if TYPE_CHECKING:
+    AlgoSettings = Settings
+else:  # the settings of one of them, told apart by their name
+    AlgoSettings = Annotated[
+        Union[tuple(algorithm.settings for algorithm in _TABLE)],  # noqa: UP007
+        Field(discriminator="name"),
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,8 +10,11 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.studies.config import ConfigError, EnvSettings, TrainConfig, load_config
-from clarke_gym.control.controllers import CONTROLLERS, make_controller
+from agents.files import ConfigError
+from agents.learning.algorithms import ALGORITHMS
+from agents.learning.config import EnvSettings, TrainConfig, load_config
+from agents.metrics import Metric
+from clarke_gym.control import CONTROLLERS, make_controller
 
 HELD_OUT_SEED = 2_000_000_000
 """First seed of the held-out episodes; training seeds stay below `TRAINING_SEED_LIMIT`."""
@@ -45,7 +49,9 @@ class HeldOutEvaluation:
             autoreset_mode="disabled",
             **settings.kwargs,  # type: ignore[arg-type]
         )
-        self._length_m = self.env.unwrapped.core.robot.length_m  # type: ignore[attr-defined]
+        declared = self.env.unwrapped.task.metrics  # type: ignore[attr-defined]
+        self.metrics = tuple(Metric(**asdict(metric)) for metric in declared)
+        """What the task measures, the leading metric first."""
 
     def run(self, agent: Agent) -> dict[str, NDArray[Any]]:
         """Return results of one deterministic episode a goal.
@@ -53,9 +59,9 @@ class HeldOutEvaluation:
         Returns
         -------
         dict of ndarray, shape (n_goals,)
-            ``is_success`` and ``tip_error_m``, ``tip_error_percent`` at the end of the episode,
-            and ``episode_return``. A diverged episode is no success, and its error is twice the
-            robot's length: no tip can be further from a goal.
+            ``is_success`` and the task's `metrics`, by name, at the end of the episode, and
+            ``episode_return``. A diverged episode is no success, and its metrics are the worst
+            that the task declares.
         """
         observation, info = self.env.reset(seed=HELD_OUT_SEED)
         total = np.zeros(self.env.num_envs)
@@ -70,8 +76,10 @@ class HeldOutEvaluation:
                 observation, _ = self.env.reset(options={"reset_mask": terminated})
         return {
             "is_success": info["is_success"] & ~failed,
-            "tip_error_m": np.where(failed, 2.0 * self._length_m, info["tip_error_m"]),
-            "tip_error_percent": np.where(failed, 200.0, info["tip_error_percent"]),
+            **{
+                metric.name: np.where(failed, metric.worst, info[metric.name])
+                for metric in self.metrics
+            },
             "episode_return": total,
         }
 
@@ -135,11 +143,10 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
         return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
-    from agents.learning.training import ALGORITHMS  # loads torch
-
     if not (folder / "model.zip").exists():
         raise ConfigError(f"{folder} holds no trained policy (model.zip); finish it first")
-    return PolicyAgent(ALGORITHMS[config.algo.name].load(folder / "model.zip", device="cpu"))
+    model_class = ALGORITHMS[config.algo.name].load_class()
+    return PolicyAgent(model_class.load(folder / "model.zip", device="cpu"))
 
 
 def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
@@ -165,12 +172,14 @@ def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
     evaluation = HeldOutEvaluation(config.env, n_goals)
     result = evaluation.run(load_agent(folder, config, agent, evaluation.env))
     evaluation.close()
-    error = result["tip_error_m"] * 1e3
-    return (
-        f"{folder}, agent {agent}, {n_goals} held-out goals\n"
-        f"success rate       {result['is_success'].mean():8.3f}\n"
-        f"tip error, median  {np.median(error):8.2f} mm"
-        f" ({np.median(result['tip_error_percent']):.2f} % of length)\n"
-        f"tip error, worst   {error.max():8.2f} mm\n"
-        f"return, mean       {result['episode_return'].mean():8.2f}"
-    )
+    rows = [("success rate", f"{result['is_success'].mean():8.3f}")]
+    for metric in evaluation.metrics:
+        values = metric.factor * result[metric.name]
+        middle = np.median(values)
+        worst = values.max() if metric.factor * metric.worst >= middle else values.min()
+        for name, value in (("median", middle), ("worst", worst)):
+            rows.append((f"{metric.label}, {name}", f"{value:8.2f} {metric.shown_unit}".rstrip()))
+    rows.append(("return, mean", f"{result['episode_return'].mean():8.2f}"))
+    width = max(len(name) for name, _ in rows)
+    lines = [f"{name:{width}}  {value}" for name, value in rows]
+    return "\n".join([f"{folder}, agent {agent}, {n_goals} held-out goals", *lines])

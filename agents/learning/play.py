@@ -9,9 +9,9 @@ from typing import Any
 import gymnasium as gym
 from PIL import Image
 
-from agents.files import write_bytes
+from agents.files import ConfigError, write_bytes
+from agents.learning.config import TrainConfig, load_config
 from agents.learning.evaluation import HELD_OUT_SEED, load_agent
-from agents.studies.config import ConfigError, TrainConfig, load_config
 
 
 def play(folder: Path, agent: str, out: Path, episodes: int = 3, size: int = 320) -> int:

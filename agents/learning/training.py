@@ -9,24 +9,23 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import torch
-from stable_baselines3 import PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.noise import NormalActionNoise
 
 from agents import files
+from agents.files import DONE, FAILED
 from agents.learning import checkpoint
+from agents.learning.algorithms import ALGORITHMS
+from agents.learning.config import TrainConfig
 from agents.learning.evaluation import SEEDS_PER_RUN, HeldOutEvaluation, PolicyAgent
-from agents.studies.config import TrainConfig
-from clarke_gym.integrations.sb3 import Sb3VecEnv
-
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "td3": TD3}
-
-DONE, FAILED = "DONE", "FAILED"
+from agents.metrics import FILE as METRICS_FILE
+from agents.metrics import metrics_text
+from agents.plugins import import_plugins
+from clarke_gym.integrations.sb3 import Sb3VecEnv, make_sb3_vec_env
 
 ProgressHook = Callable[[int], object]
 """Called with the number of environment steps done since the last call."""
@@ -88,21 +87,20 @@ class _Recorder(BaseCallback):
         result = self._evaluation.run(PolicyAgent(self.model))
         self._steps.append(self.num_timesteps)
         self._evals.append(result)
-        row = {
-            "env_steps": self.num_timesteps,
-            "wall_s": round(self.wall_s, 3),
-            "cpu_s": round(self.cpu_s, 3),
+        scores = {
             "success_rate": float(result["is_success"].mean()),
-            "tip_error_m": float(np.median(result["tip_error_m"])),
+            **{m.name: float(np.median(result[m.name])) for m in self._evaluation.metrics},
             "episode_return": float(result["episode_return"].mean()),
         }
-        self._rows.append(row)
-        for name in ("success_rate", "tip_error_m", "episode_return"):
-            self.logger.record(f"held_out/{name}", row[name])
+        spent = {"wall_s": round(self.wall_s, 3), "cpu_s": round(self.cpu_s, 3)}
+        self._rows.append({"env_steps": self.num_timesteps, **spent, **scores})
+        for name, score in scores.items():
+            self.logger.record(f"held_out/{name}", score)
         self.logger.dump(self.num_timesteps)
 
     def write_results(self) -> None:
-        """Write evals.npz and progress.csv."""
+        """Write evals.npz, what its metrics are, and progress.csv."""
+        files.write_text(self._folder / METRICS_FILE, metrics_text(self._evaluation.metrics))
         arrays = {name: np.stack([e[name] for e in self._evals]) for name in self._evals[0]}
         files.write_npz(
             self._folder / "evals.npz", {"env_steps": np.array(self._steps, np.int64), **arrays}
@@ -121,25 +119,19 @@ class _Recorder(BaseCallback):
 
 def make_training_env(config: TrainConfig) -> Sb3VecEnv:
     """Return the training environments as an SB3 `VecEnv`, seeded for this run."""
-    env = gym.make_vec(
-        config.env.id,
-        num_envs=config.env.num_envs,
-        autoreset_mode="disabled",
-        **config.env.kwargs,  # type: ignore[arg-type]
-    )
-    return Sb3VecEnv(env)
+    return make_sb3_vec_env(config.env.id, config.env.num_envs, **config.env.kwargs)
 
 
 def make_model(config: TrainConfig, vec_env: Sb3VecEnv) -> BaseAlgorithm:
     """Return an untrained SB3 model for the run."""
-    robot = vec_env.env.unwrapped.core.robot  # type: ignore[attr-defined]
+    robot = vec_env.env.unwrapped.robot  # type: ignore[attr-defined]
     action_size = int(np.prod(vec_env.action_space.shape or (1,)))
     arguments = config.algo.arguments({"dof": 2 * robot.n_segments, "action": action_size})
     if "action_noise" in arguments:
         sigma = np.full(action_size, arguments["action_noise"])
         arguments["action_noise"] = NormalActionNoise(np.zeros(action_size), sigma)
     policy = "MultiInputPolicy" if hasattr(vec_env.observation_space, "spaces") else "MlpPolicy"
-    model_class: Any = ALGORITHMS[config.algo.name]
+    model_class: Any = ALGORITHMS[config.algo.name].load_class()
     model: BaseAlgorithm = model_class(policy, vec_env, seed=config.seed, device="cpu", **arguments)
     # SB3 has seeded the environments seed, seed + 1, ...: neighbouring runs would share episodes.
     vec_env.seed(config.seed * SEEDS_PER_RUN)
@@ -169,11 +161,12 @@ def train(
     Raises
     ------
     ConfigError
-        If the folder holds a run of another configuration.
+        If the folder holds a run of another configuration, or a plug-in cannot be imported.
     RuntimeError
         If another process is writing into the folder.
     """
     hook = hook or (lambda steps: None)  # noqa: ARG005
+    plugins = import_plugins(config.plugins)
     with files.locked(folder):
         files.keep_or_write_yaml(folder / "config.yaml", config.model_dump(mode="json"))
         if (folder / DONE).exists():
@@ -181,7 +174,7 @@ def train(
             return False
         torch.set_num_threads(threads)
         vec_env = make_training_env(config)
-        model_class = ALGORITHMS[config.algo.name]
+        model_class = ALGORITHMS[config.algo.name].load_class()
         resumed = checkpoint.load(folder / "checkpoint", model_class, vec_env)
         model, progress = resumed or (make_model(config, vec_env), {})
         if resumed:
@@ -203,6 +196,7 @@ def train(
             folder / "manifest.json",
             {
                 "seed": config.seed,
+                "plugins": plugins,
                 "threads": threads,
                 "wall_s": round(recorder.wall_s, 3),
                 "cpu_s": round(recorder.cpu_s, 3),

@@ -3,7 +3,7 @@
 import csv
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,6 +11,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from agents.files import DONE, FAILED, run_folder
+from agents.metrics import FILE as METRICS_FILE
+from agents.metrics import Metric, read_metrics
 from agents.reporting.results import Arm, Array, Evals, Reference, ResultsError, Run, Status, Study
 
 
@@ -26,8 +29,27 @@ def _key(data: Mapping[str, Any], key: str, kind: type | tuple[type, ...], where
     return value
 
 
+_ALWAYS = ("env_steps", "is_success", "episode_return")
+"""Arrays of every ``evals.npz``; the others are metrics."""
+
+
+def _metrics(run: Path, arrays: Iterable[str]) -> tuple[Metric, ...]:
+    """Return what the metrics of a finished run are, the leading one first.
+
+    Runs of version 0.1 have no ``metrics.json``: there the metrics are the other arrays of
+    ``evals.npz`` in their order, read as errors in the unit that ends their name.
+    """
+    path = run / METRICS_FILE
+    if not path.is_file():
+        return tuple(Metric.from_name(name) for name in arrays if name not in _ALWAYS)
+    try:
+        return read_metrics(path)
+    except (OSError, ValueError, TypeError) as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+
+
 def load_evals(path: Path) -> Evals:
-    """Read and check one ``evals.npz``.
+    """Read and check one ``evals.npz``, and ``metrics.json`` beside it.
 
     Raises
     ------
@@ -38,7 +60,8 @@ def load_evals(path: Path) -> Evals:
     arrays: dict[str, NDArray[Any]] = {}
     try:
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            for key in Evals.__dataclass_fields__:
+            metrics = _metrics(path.parent, file.files)
+            for key in (*_ALWAYS, *(metric.name for metric in metrics)):
                 try:
                     arrays[key] = np.asarray(file[key])
                 except (KeyError, ValueError) as error:
@@ -61,7 +84,9 @@ def load_evals(path: Path) -> Evals:
     return Evals(
         env_steps=steps.astype(np.int64),
         is_success=arrays["is_success"].astype(bool),
-        **{k: arrays[k].astype(float) for k in list(arrays)[2:]},
+        episode_return=arrays["episode_return"].astype(float),
+        metrics=metrics,
+        values={metric.name: arrays[metric.name].astype(float) for metric in metrics},
     )
 
 
@@ -98,9 +123,9 @@ def _wall_clock(path: Path, env_steps: NDArray[np.int64]) -> Array | None:
 def load_run(path: Path, arm: str, seed: int) -> Run:
     """Load one run folder; an absent folder is a missing run."""
     status: Status = "missing"
-    if (path / "FAILED").is_file():
+    if (path / FAILED).is_file():
         status = "failed"
-    elif (path / "DONE").is_file():
+    elif (path / DONE).is_file():
         status = "done"
     evals = load_evals(path / "evals.npz") if status == "done" else None
     wall = _wall_clock(path / "progress.csv", evals.env_steps) if evals else None
@@ -114,10 +139,13 @@ def _load_arm(entry: Any, folder: Path, where: str) -> Arm:
     whole = all(isinstance(s, int) and not isinstance(s, bool) for s in seeds)
     if not seeds or not whole or len(set(seeds)) < len(seeds):
         raise ResultsError(f"{where}: key 'seeds' must list one or more different whole numbers")
-    runs = tuple(load_run(folder / name / f"seed_{seed:02d}", name, seed) for seed in seeds)
-    return Arm(
-        name, _key(entry, "representation", str, where), _key(entry, "task", str, where), runs
-    )
+    runs = tuple(load_run(run_folder(folder, name, seed), name, seed) for seed in seeds)
+    representation, task = (_key(entry, key, str, where) for key in ("representation", "task"))
+    arm = Arm(name, representation, task, runs)
+    for run, evals in arm.done:
+        if [m.name for m in evals.metrics] != [m.name for m in arm.metrics]:
+            raise ResultsError(f"{run.path}: its metrics differ from those of other seeds")
+    return arm
 
 
 def _load_references(path: Path) -> dict[str, Reference]:
@@ -125,8 +153,11 @@ def _load_references(path: Path) -> dict[str, Reference]:
         return {}
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))
-        return {task: Reference(**entry) for task, entry in entries.items()}
-    except (OSError, ValueError, TypeError, AttributeError) as error:
+        return {
+            task: Reference(entry["agent"], entry["success_rate"], entry.get("metrics", {}))
+            for task, entry in entries.items()
+        }
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ResultsError(f"{path}: cannot be read: {error}") from error
 
 

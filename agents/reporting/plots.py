@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from matplotlib.axes import Axes
 
+from agents.metrics import Metric
 from agents.reporting.bootstrap import Array, Interval
 from agents.reporting.house_style import (
     DASHED,
@@ -20,6 +21,7 @@ from agents.reporting.results import Arm, Reference
 from agents.reporting.statistics import curve_band, iqm, performance_profile
 from agents.reporting.summary import ALL_TASKS, Comparison, Summary
 from agents.reporting.survival import survival_curve
+from agents.reporting.wording import metric_text
 
 COLUMNS = 5  # tasks side by side before a new row begins
 
@@ -55,42 +57,49 @@ def _curves(ax: Axes, summary: Summary, arm: Arm, curves: Array) -> None:
     ax.plot(steps, centre, color=m.colour, ls=m.line)
 
 
-def _reference(top: Axes, low: Axes, reference: Reference | None, errors: list[float]) -> None:
-    """Draw what classical control reaches; an error far below the curves is said, not drawn."""
+def _reference(
+    top: Axes, low: Axes, reference: Reference | None, metric: Metric | None, shown: list[float]
+) -> None:
+    """Draw what classical control reaches; a value far below the curves is said, not drawn."""
     if reference is None:
         return
     top.axhline(reference.success_rate, color=INK, lw=0.9, ls=DASHED)
-    value = reference.tip_error_mm
-    drawn = bool(errors) and value >= min(errors) / 3.0
+    if metric is None or metric.name not in reference.metrics:
+        return
+    value = metric.factor * reference.metrics[metric.name]
+    drawn = bool(shown) and value >= min(shown) / 3.0
     if drawn:
         low.axhline(value, color=INK, lw=0.9, ls=DASHED)
-        errors.append(value)
-    text = "classical control" if drawn else f"classical control: {value:.2g} mm, below"
+        shown.append(value)
+    text = f"classical control: {value:.2g} {metric.shown_unit}, below"
+    text = "classical control" if drawn else text
     place = (1.0, value) if drawn else (1.0, 0.02)
     coordinates = ("axes fraction", "data") if drawn else "axes fraction"
     low.annotate(text, place, xycoords=coordinates, ha="right", va="bottom", fontsize=7, color=INK)
 
 
 def learning_curves(summary: Summary, footer: str) -> bytes:
-    """Success rate and tip error over environment steps."""
+    """Success rate and the leading metric over environment steps."""
     study = summary.study
     with house_style():
         title = "Learning curves: IQM over seeds, 95 % band, thin line per seed"
         panel, stacks = _panel(summary, footer, title, per_task=2)
         for task, (top, low) in stacks:
             top.axhline(study.threshold, color=FAINT, lw=0.8, ls=":")
-            errors: list[float] = []
+            shown: list[float] = []
+            metric = study.leading_of(task)
             for arm in study.of_task(task):
                 _curves(top, summary, arm, study.success(arm))
-                tip = study.tip_error_mm(arm)
-                _curves(low, summary, arm, tip)
-                errors.extend(iqm(tip, axis=0) if len(tip) else [])
-            _reference(top, low, study.references.get(task), errors)
-            if errors and min(errors) > 0 and max(errors) > 4 * min(errors):
+                if metric and arm.metrics:
+                    curves = study.curves(arm, metric)
+                    _curves(low, summary, arm, curves)
+                    shown.extend(iqm(curves, axis=0))
+            _reference(top, low, study.references.get(task), metric, shown)
+            if shown and min(shown) > 0 and max(shown) > 4 * min(shown):
                 log_axis(low.yaxis)
             top.set_ylim(-0.03, 1.03)
             top.set_ylabel("success rate")
-            low.set_ylabel("tip error [mm]")
+            low.set_ylabel(metric.with_unit() if metric else "")
             steps_axis(top)
             steps_axis(low)
         return panel.png()
@@ -213,29 +222,47 @@ def survival(summary: Summary, footer: str) -> bytes:
         return panel.png()
 
 
+def _levels(values: Array) -> tuple[Array, bool]:
+    """Levels of a profile over all finite values, and whether they are spaced logarithmically."""
+    low, high = values.min(), values.max()
+    if low < 0:
+        return np.linspace(low, high, 80), False
+    positive = values[values > 0]
+    low = positive.min() if positive.size else 1.0
+    return np.geomspace(low, max(high, 1.1 * low), 80), True
+
+
 def profiles(summary: Summary, footer: str) -> bytes:
-    """Draw performance profiles of the final tip error over the goals of every run."""
+    """Draw performance profiles of the final leading metric over the goals of every run.
+
+    A metric gets worse towards the worst value that its task declares, be it high or low; a failed
+    run never reaches any level.
+    """
     study = summary.study
     with house_style():
-        title = "Performance profile of the final tip error: mean over seeds, 95 % band"
+        title = f"Performance profile of the final {metric_text(study)}: mean over seeds, 95 % band"
         panel, stacks = _panel(summary, footer, title)
         for task, (ax,) in stacks:
-            errors = [(arm, study.final_errors_mm(arm)) for arm in study.of_task(task)]
-            seen = np.concatenate([e.ravel() for _, e in errors])
-            seen = seen[np.isfinite(seen) & (seen > 0)]
-            if seen.size:
-                levels = np.geomspace(seen.min(), max(seen.max(), 1.1 * seen.min()), 80)
-                for arm, error in errors:
-                    if len(error):
-                        m = mark(arm.representation)
-                        runs = performance_profile(error, levels)
-                        mid, low, high = curve_band(
-                            runs, seed=summary.seed, reps=summary.reps, mean=True
-                        )
-                        ax.fill_between(levels, low, high, color=m.colour, alpha=0.16, lw=0)
-                        ax.plot(levels, mid, color=m.colour, ls=m.line)
-                log_axis(ax.xaxis)
             ax.set_ylim(-0.03, 1.03)
-            ax.set_xlabel("tip error τ [mm]")
-            ax.set_ylabel("share of goals ≤ τ")
+            metric = study.leading_of(task)
+            if metric is None:
+                continue
+            found = [(arm, study.final(arm, metric)) for arm in study.of_task(task)]
+            seen = np.concatenate([values.ravel() for _, values in found])
+            levels, logarithmic = _levels(seen)
+            sign = 1.0 if metric.factor * metric.worst >= np.median(seen) else -1.0
+            for arm, values in found:
+                m = mark(arm.representation)
+                lost = np.full((arm.count("failed"), values.shape[1]), np.inf)
+                scores = np.concatenate([sign * values, lost])
+                if not len(scores):
+                    continue
+                runs = performance_profile(scores, sign * levels)
+                mid, low, high = curve_band(runs, seed=summary.seed, reps=summary.reps, mean=True)
+                ax.fill_between(levels, low, high, color=m.colour, alpha=0.16, lw=0)
+                ax.plot(levels, mid, color=m.colour, ls=m.line)
+            if logarithmic:
+                log_axis(ax.xaxis)
+            ax.set_xlabel(f"{metric.label} τ" + (f" [{metric.shown_unit}]" if metric.unit else ""))
+            ax.set_ylabel(f"share of goals {'≤' if sign > 0 else '≥'} τ")
         return panel.png()

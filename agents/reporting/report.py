@@ -17,14 +17,15 @@ from agents.reporting.tables import (
     markdown,
     runs_csv,
 )
-from agents.reporting.wording import answer, footer, reporting_block, warnings
+from agents.reporting.wording import answer, footer, metric_text, reporting_block, warnings
 
 Draw = Callable[[Summary, str], bytes | None]
 
+# File, caption and function; {metric} becomes the label of the task's leading metric.
 FIGURES: tuple[tuple[str, str, Draw], ...] = (
     (
         "learning_curves",
-        "Success rate and tip error over environment steps: IQM over seeds with pointwise 95 % "
+        "Success rate and {metric} over environment steps: IQM over seeds with pointwise 95 % "
         "bootstrap band; a thin line for each seed shows the spread. Dotted: the threshold. "
         "Dashed: classical control, the Clarke controller, on the same held-out goals.",
         plots.learning_curves,
@@ -48,9 +49,9 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
         plots.survival,
     ),
     (
-        "tip_error_profile",
-        "Share of held-out goals with a final tip error at or below τ: mean over seeds with 95 % "
-        "band. Further up and left is better.",
+        "{metric}_profile",
+        "Share of held-out goals whose final {metric} is τ or better: mean over seeds with 95 % "
+        "band. Higher is better.",
         plots.profiles,
     ),
     (
@@ -112,11 +113,14 @@ def write_report(
     line = footer(summary)
     tasks = ", ".join(summary.study.tasks)
     pictures = []
+    metric = metric_text(summary.study)
     for name, caption, draw in FIGURES:
         png = draw(summary, line)
         if png is not None:
+            file = f"{name.format(metric=metric).replace(' ', '_')}.png"
+            caption = caption.format(metric=metric)
             alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."
-            pictures.append(Picture(f"{name}.png", alt, caption, png))
+            pictures.append(Picture(file, alt, caption, png))
     out_dir.mkdir(parents=True, exist_ok=True)
     for picture in pictures:
         write_bytes(out_dir / picture.file, picture.png)

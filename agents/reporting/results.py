@@ -13,6 +13,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.metrics import Metric
+
 Array = NDArray[np.float64]
 Status = Literal["done", "failed", "missing"]
 
@@ -27,9 +29,9 @@ class Evals:
 
     env_steps: NDArray[np.int64]  # (E,)
     is_success: NDArray[np.bool_]  # (E, G)
-    tip_error_m: Array  # (E, G)
-    tip_error_percent: Array  # (E, G), of the robot's length
     episode_return: Array  # (E, G)
+    metrics: tuple[Metric, ...]  # what the task measures, the leading metric first
+    values: Mapping[str, Array]  # name of a metric -> (E, G), in SI units
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,11 @@ class Arm:
     task: str
     runs: tuple[Run, ...]
 
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What its task measures, the leading metric first; empty where no run is finished."""
+        return next((evals.metrics for _, evals in self.done), ())
+
     def count(self, status: Status) -> int:
         """Return the number of runs with that status."""
         return sum(run.status == status for run in self.runs)
@@ -70,7 +77,8 @@ class Reference:
 
     agent: str
     success_rate: float
-    tip_error_mm: float
+    metrics: Mapping[str, float]
+    """Mean over the goals, by the name of the metric, in SI units."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +112,20 @@ class Study:
         names = dict.fromkeys(arm.representation for arm in self.arms)
         return sorted(names, key=lambda name: name != self.baseline)
 
+    @cached_property
+    def metrics(self) -> list[Metric]:
+        """Every metric of every task, once each by name."""
+        return list({m.name: m for arm in self.arms for m in arm.metrics}.values())
+
+    @cached_property
+    def leading(self) -> list[Metric]:
+        """The metrics that lead in a task, once each by name; most studies have one."""
+        return list({m.name: m for arm in self.arms for m in arm.metrics[:1]}.values())
+
+    def leading_of(self, task: str) -> Metric | None:
+        """Return the leading metric of a task; None where no run of it is finished."""
+        return next((m for arm in self.of_task(task) for m in arm.metrics[:1]), None)
+
     def of_task(self, task: str) -> list[Arm]:
         """Arms of a task in the order of `representations`."""
         arms = [arm for arm in self.arms if arm.task == task]
@@ -119,14 +141,12 @@ class Study:
         ]
         return np.array(rates, float).reshape(-1, len(self.env_steps))
 
-    def tip_error_mm(self, arm: Arm) -> Array:
-        """Mean tip error over goals in millimetres, shape (finished runs, E)."""
-        errors = [1e3 * evals.tip_error_m.mean(axis=1) for _, evals in arm.done]
-        return np.array(errors, float).reshape(-1, len(self.env_steps))
+    def curves(self, arm: Arm, metric: Metric) -> Array:
+        """Mean of a metric over goals in the unit that people read, shape (finished runs, E)."""
+        means = [metric.factor * evals.values[metric.name].mean(axis=1) for _, evals in arm.done]
+        return np.array(means, float).reshape(-1, len(self.env_steps))
 
-    def final_errors_mm(self, arm: Arm) -> Array:
-        """Last tip errors in mm, shape (finished + failed runs, G); infinite for a failed run."""
-        finished = [1e3 * evals.tip_error_m[-1] for _, evals in arm.done]
-        goals = len(finished[0]) if finished else 1
-        lost = [np.full(goals, np.inf)] * arm.count("failed")
-        return np.array(finished + lost, float).reshape(-1, goals)
+    def final(self, arm: Arm, metric: Metric) -> Array:
+        """Last values of a metric, shape (finished runs, G), in the unit that people read."""
+        values = [metric.factor * evals.values[metric.name][-1] for _, evals in arm.done]
+        return np.array(values, float).reshape(len(values), -1 if values else 1)

@@ -3,7 +3,7 @@
 The primary score of a run is its normalised AUC of the success rate over environment steps.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,7 +50,7 @@ class ArmSummary:
     auc: Interval
     final_success: Interval
     gap: Interval  # optimality gap of the final success rate
-    tip_error_mm: Interval  # final, finished runs only
+    metrics: Mapping[str, Interval]  # final, by name, as people read them; finished runs only
     restricted_steps: Interval
     median_steps: float
 
@@ -126,7 +126,6 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
     success = study.success(arm)
     steps, reached = first_crossing(study.env_steps, success, study.threshold)
     runs = Runs(auc(study.env_steps, success), success[:, -1], steps, reached.astype(float))
-    tip = study.tip_error_mm(arm)[:, -1]
 
     def over(scores: Array) -> Interval:
         return iqm_interval([scores], seed=seed, reps=reps) if len(scores) else NO_INTERVAL
@@ -138,7 +137,7 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
         auc=over(runs.auc),
         final_success=over(runs.final_success),
         gap=optimality_gap([runs.final_success], seed=seed, reps=reps) if some else NO_INTERVAL,
-        tip_error_mm=over(tip),
+        metrics={m.name: over(study.curves(arm, m)[:, -1]) for m in arm.metrics},
         restricted_steps=restricted_mean_interval([steps], seed=seed, reps=reps)
         if some
         else NO_INTERVAL,

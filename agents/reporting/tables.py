@@ -6,7 +6,9 @@ import json
 import math
 from collections.abc import Iterable
 
-from agents.reporting.bootstrap import Interval
+import numpy as np
+
+from agents.reporting.bootstrap import NO_INTERVAL, Interval
 from agents.reporting.results import Study
 from agents.reporting.summary import ArmSummary, Summary
 from agents.reporting.wording import DASH, number, with_interval
@@ -21,14 +23,17 @@ def _median(arm: ArmSummary) -> str:
 def arm_table(summary: Summary) -> Rows:
     """One row for each arm, after a row of headings."""
     heading = ["Task", "Representation", "Runs", "AUC IQM [CI]", "Final success"]
-    heading += ["Final tip error, mm", "Restricted mean steps", "Reached"]
+    leading = summary.study.leading
+    heading += [f"Final {metric.with_unit(', {}')}" for metric in leading]
+    heading += ["Restricted mean steps", "Reached"]
     heading += ["P(better than baseline)", "Median steps", "AUC SD", "Optimality gap"]
     better = {(c.task, c.representation): c.p_better for c in summary.comparisons}
     rows = [heading]
     for arm in summary.arms:
         key = (arm.arm.task, arm.arm.representation)
         row = [*key, f"{arm.n} of {len(arm.arm.runs)}", with_interval(arm.auc, 3)]
-        row += [with_interval(arm.final_success, 3), with_interval(arm.tip_error_mm)]
+        row += [with_interval(arm.final_success, 3)]
+        row += [with_interval(arm.metrics.get(metric.name, NO_INTERVAL)) for metric in leading]
         row += [with_interval(arm.restricted_steps, 0), f"{arm.reached}/{arm.n}"]
         row += [with_interval(better[key]) if key in better else DASH, _median(arm)]
         row += [number(arm.auc_sd, 3), with_interval(arm.gap, 3)]
@@ -70,6 +75,9 @@ def _ends(name: str, interval: Interval) -> dict[str, float]:
 def _records(summary: Summary) -> Iterable[dict[str, object]]:
     found = {(c.task, c.representation): c for c in summary.comparisons}
     for s in summary.arms:
+        metrics: dict[str, float] = {}
+        for m in summary.study.metrics:
+            metrics |= _ends(f"final_{m.shown_name}", s.metrics.get(m.name, NO_INTERVAL))
         record: dict[str, object] = {
             "task": s.arm.task,
             "representation": s.arm.representation,
@@ -81,7 +89,7 @@ def _records(summary: Summary) -> Iterable[dict[str, object]]:
             "auc_sd": s.auc_sd,
             **_ends("final_success", s.final_success),
             **_ends("optimality_gap", s.gap),
-            **_ends("final_tip_error_mm", s.tip_error_mm),
+            **metrics,
             **_ends("restricted_mean_steps", s.restricted_steps),
             "median_steps": s.median_steps,
             "reached": s.reached,
@@ -116,19 +124,22 @@ def _csv(heading: list[str], rows: Iterable[Iterable[object]]) -> str:
 
 def curves_csv(study: Study) -> str:
     """Every evaluation of every finished run: what the curves are drawn from."""
-    rows = (
-        (arm.task, arm.representation, run.seed, steps, f"{success:.6g}", f"{error:.6g}")
-        for arm in study.arms
-        for run, evals in arm.done
-        for steps, success, error in zip(
-            evals.env_steps,
-            evals.is_success.mean(axis=1),
-            1e3 * evals.tip_error_m.mean(axis=1),
-            strict=True,
-        )
-    )
-    heading = ["task", "representation", "seed", "env_steps", "success_rate", "tip_error_mm"]
-    return _csv(heading, rows)
+    rows = []
+    for arm in study.arms:
+        for run, evals in arm.done:
+            columns = [evals.is_success.mean(axis=1)]
+            for m in study.metrics:
+                values = evals.values.get(m.name)
+                columns.append(
+                    np.full(len(evals.env_steps), np.nan)
+                    if values is None
+                    else m.factor * values.mean(axis=1)
+                )
+            for steps, *scores in zip(evals.env_steps, *columns, strict=True):
+                numbers = ["" if np.isnan(score) else f"{score:.6g}" for score in scores]
+                rows.append([arm.task, arm.representation, run.seed, steps, *numbers])
+    heading = ["task", "representation", "seed", "env_steps", "success_rate"]
+    return _csv([*heading, *(m.shown_name for m in study.metrics)], rows)
 
 
 def runs_csv(study: Study) -> str:

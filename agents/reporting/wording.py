@@ -110,6 +110,12 @@ def answer(row: Comparison, threshold: float, budget: int) -> str:
     return f"{steps[:1].upper()}{steps[1:]}; {auc_clause}; {chance}."
 
 
+def metric_text(study: Study) -> str:
+    """Label of the metric that leads, in a sentence."""
+    labels = dict.fromkeys(metric.label for metric in study.leading)
+    return labels.popitem()[0] if len(labels) == 1 else "leading metric"
+
+
 def warnings(summary: Summary) -> list[str]:
     """Return what a reader must know before believing any number, most important first."""
     study, texts = summary.study, []
@@ -130,8 +136,9 @@ def warnings(summary: Summary) -> list[str]:
     failed = sum(run.status == "failed" for run in study.runs)
     if failed:
         texts.append(
-            f"{failed} failed runs count as success 0 at every evaluation; they have no tip error "
-            "and enter its profile as never reaching any level, but not its mean."
+            f"{failed} failed runs count as success 0 at every evaluation; they have no "
+            f"{metric_text(study)} and enter its profile as never reaching any level, but not its "
+            "mean."
         )
     for task in study.tasks:
         if summary.find(task, study.baseline) is None:

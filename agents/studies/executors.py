@@ -14,7 +14,7 @@ from multiprocessing.queues import Queue
 from pathlib import Path
 
 from agents import files
-from agents.studies.config import TrainConfig
+from agents.learning.config import TrainConfig
 
 Job = tuple[TrainConfig, Path]
 
@@ -36,7 +36,7 @@ def _initialise(steps: Queue[int], parent: int) -> None:
 
 def _work(job: Job) -> str | None:
     """Train one run; return the traceback if it failed."""
-    from agents.learning.training import FAILED, train  # torch is loaded in the workers only
+    from agents.learning.training import train  # torch is loaded in the workers only
 
     config, folder = job
     assert _steps is not None
@@ -44,7 +44,7 @@ def _work(job: Job) -> str | None:
         train(config, folder, _steps.put)
     except Exception:
         text = traceback.format_exc()
-        files.write_text(folder / FAILED, text)
+        files.write_text(folder / files.FAILED, text)
         return text
     return None
 

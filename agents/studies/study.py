@@ -11,19 +11,14 @@ from typing import Any
 from tqdm import tqdm
 
 from agents import files
+from agents.files import DONE, run_folder
 from agents.learning.evaluation import HeldOutEvaluation
-from agents.learning.training import DONE
 from agents.studies.config import StudyConfig
 from agents.studies.executors import Job, run_pool
-from clarke_gym.control.controllers import make_controller
+from clarke_gym.control import make_controller
 
 REFERENCE = "clarke_controller"
 """Classical control shown beside the learning curves; the same for every representation."""
-
-
-def run_folder(study: Path, arm: str, seed: int) -> Path:
-    """Return the folder of one run."""
-    return study / arm / f"seed_{seed:02d}"
 
 
 def progress_bar(total: int) -> tqdm[Any]:
@@ -49,7 +44,7 @@ def write_references(config: StudyConfig, folder: Path) -> None:
         references[task.label] = {
             "agent": REFERENCE,
             "success_rate": float(result["is_success"].mean()),
-            "tip_error_mm": 1e3 * float(result["tip_error_m"].mean()),
+            "metrics": {m.name: float(result[m.name].mean()) for m in evaluation.metrics},
         }
     files.write_text(path, json.dumps(references, indent=2) + "\n")
 

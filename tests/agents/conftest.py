@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 import yaml
 
+METRICS = [
+    {"name": "tip_error_m", "label": "tip error", "unit": "m", "worst": 0.4},
+    {"name": "tip_error_percent", "label": "tip error", "unit": "% of length", "worst": 200.0},
+]
 GRID = np.arange(0, 200_001, 10_000)
 
 
@@ -28,6 +32,7 @@ def write_run(folder: Path, seed: int, speed: float, goals: int = 50) -> None:
         tip_error_percent=error / 0.2 * 100,
         episode_return=-error * 100,
     )
+    (folder / "metrics.json").write_text(json.dumps(METRICS))
     manifest = {"git_sha": "0123456789abcdef", "git_dirty": False, "cpu_s": 360.0, "wall_s": 300.0}
     (folder / "manifest.json").write_text(json.dumps(manifest))
     wall = GRID[1:] / 1000 * rng.uniform(0.9, 1.1)

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from agents.studies.config import ROOT
+from agents.files import ROOT
 
 
 def call(*arguments):

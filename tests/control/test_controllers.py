@@ -4,8 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from agents.learning.config import EnvSettings
 from agents.learning.evaluation import HeldOutEvaluation
-from agents.studies.config import EnvSettings
 from clarke_gym.control.controllers import (
     CONTROLLERS,
     Gains,

@@ -293,10 +293,10 @@ def test_failed_write_keeps_the_old_report(make_study, monkeypatch):
 def test_classical_control_is_drawn_where_the_study_measured_it(make_study):
     study = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}})
     without = plots.learning_curves(summarise(load_study(study), reps=50, seed=0), "")
-    entry = {"agent": "clarke_controller", "success_rate": 0.5, "tip_error_mm": 20.0}
+    entry = {"agent": "clarke_controller", "success_rate": 0.5, "metrics": {"tip_error_m": 0.02}}
     (study / "references.json").write_text(json.dumps({"n = 3": entry}))
     loaded = load_study(study)
-    assert loaded.references["n = 3"].tip_error_mm == 20.0
+    assert loaded.references["n = 3"].metrics == {"tip_error_m": 0.02}
     assert plots.learning_curves(summarise(loaded, reps=50, seed=0), "") != without
     (study / "references.json").write_text("{")
     with pytest.raises(ResultsError, match=r"references\.json"):
@@ -315,3 +315,65 @@ def test_data_behind_the_report_is_complete(make_study):
     runs = list(csv.DictReader((folder / "report" / "runs.csv").read_text().splitlines()))
     assert {row["git_sha"] for row in runs} == {"0123456789abcdef"}
     assert len(runs) == 4
+
+
+def measure_otherwise(run, metrics, rng):
+    """Replace what a run measured."""
+    with np.load(run / "evals.npz") as file:
+        arrays = {k: file[k] for k in ("env_steps", "is_success", "episode_return")}
+    shape = arrays["is_success"].shape
+    arrays |= {m["name"]: rng.uniform(1.0, 2.0, shape) for m in metrics}
+    np.savez(run / "evals.npz", **arrays)
+    (run / "metrics.json").write_text(json.dumps(metrics))
+
+
+def test_whatever_a_task_measures_flows_to_tables_and_figures_by_name(make_study):
+    """A task without a tip error, whose leading metric is better when it is higher."""
+    folder = make_study(APART)
+    metrics = [
+        {"name": "laps", "label": "laps", "unit": "", "worst": 0.0},
+        {"name": "gap_m", "label": "gap to the leader", "unit": "m", "worst": 3.0},
+    ]
+    rng = np.random.default_rng(0)
+    for run in folder.glob("*/seed_*"):
+        measure_otherwise(run, metrics, rng)
+    (folder / "clarke_0" / "seed_02" / "FAILED").touch()
+    text = report(folder).read_text()
+    assert '<th scope="col">Final laps</th>' in text
+    assert "they have no laps" in text
+    assert "tip error" not in text.lower()
+    names = {path.name for path in (folder / "report").iterdir()}
+    assert names == FILES - {"tip_error_profile.png"} | {"laps_profile.png"}
+    row = table(folder)[0]
+    assert 1.0 < float(row["final_laps_low"]) <= float(row["final_laps"]) < 2.0
+    assert 1000.0 < float(row["final_gap_mm"]) < 2000.0
+    curves = (folder / "report" / "curves.csv").read_text().splitlines()
+    assert curves[0].endswith("success_rate,laps,gap_mm")
+
+
+def test_a_profile_counts_the_goals_that_are_at_least_as_good(make_study, monkeypatch):
+    folder = make_study({"t": {"raw": 1.0}}, 1)
+    seen = []
+    monkeypatch.setattr(plots, "curve_band", lambda runs, **_: seen.append(runs) or (runs[0],) * 3)
+    for worst, rising in ((2.0, True), (0.0, False)):
+        metrics = [{"name": "score", "label": "score", "unit": "", "worst": worst}]
+        measure_otherwise(folder / "raw_0" / "seed_00", metrics, np.random.default_rng(0))
+        plots.profiles(summary_of(folder), "")
+        (shares,) = seen.pop()
+        assert (np.diff(shares) >= 0).all() if rising else (np.diff(shares) <= 0).all()
+        assert {shares.min() < 0.1, shares.max() > 0.9} == {True}
+
+
+def test_tasks_that_measure_different_things_share_a_table(make_study):
+    folder = make_study({"reach": {"raw": 1.0, "clarke": 1.5}, "race": {"raw": 1.0, "clarke": 1.5}})
+    metrics = [{"name": "laps", "label": "laps", "unit": "", "worst": 0.0}]
+    for run in [*folder.glob("raw_1/seed_*"), *folder.glob("clarke_1/seed_*")]:
+        measure_otherwise(run, metrics, np.random.default_rng(0))
+    text = report(folder).read_text()
+    assert "Final tip error, mm" in text
+    assert "Final laps" in text
+    assert "nan" not in re.sub(r"base64,[^\"]*", "", text)
+    reach, race = table(folder)[0], table(folder)[2]
+    assert reach["final_laps"] == race["final_tip_error_mm"] == ""
+    assert float(reach["final_tip_error_mm"]) > 0.0
+    assert float(race["final_laps"]) > 0.0

@@ -1,5 +1,6 @@
 """Loading run folders: what counts, what is missing, and errors that name file and key."""
 
+import json
 import shutil
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 import yaml
 
 from agents.reporting.loading import load_evals, load_study
-from agents.reporting.results import Evals, ResultsError
+from agents.reporting.results import ResultsError
 
 PAIR = {"n = 3": {"raw": 0.9, "clarke": 1.2}}
 
@@ -33,8 +34,11 @@ def test_scores_are_means_over_goals(make_study):
     arm = study.arms[0]
     evals = arm.done[1][1]
     assert study.success(arm)[1] == pytest.approx(evals.is_success.mean(axis=1))
-    assert study.tip_error_mm(arm)[1] == pytest.approx(1000 * evals.tip_error_m.mean(axis=1))
-    assert study.final_errors_mm(arm)[1] == pytest.approx(1000 * evals.tip_error_m[-1])
+    metres, percent = arm.metrics
+    errors = evals.values["tip_error_m"]
+    assert study.curves(arm, metres)[1] == pytest.approx(1000 * errors.mean(axis=1))
+    assert study.final(arm, metres)[1] == pytest.approx(1000 * errors[-1])
+    assert study.final(arm, percent)[1] == pytest.approx(evals.values["tip_error_percent"][-1])
 
 
 def test_run_without_marker_or_folder_is_missing(make_study):
@@ -54,8 +58,8 @@ def test_failed_run_counts_as_zero_success_even_if_done(make_study):
     arm = study.arms[0]
     assert arm.count("failed") == 1
     assert not study.success(arm)[1].any()
-    assert len(study.tip_error_mm(arm)) == 2
-    assert np.isinf(study.final_errors_mm(arm)).all(axis=1).tolist() == [False, False, True]
+    assert len(study.curves(arm, arm.metrics[0])) == 2
+    assert len(study.final(arm, arm.metrics[0])) == 2
 
 
 def test_unfinished_evals_are_not_opened(make_study):
@@ -86,7 +90,9 @@ def test_bad_array_is_named(make_study, key, value):
     assert str(path) in str(error.value)
 
 
-@pytest.mark.parametrize("key", Evals.__dataclass_fields__)
+@pytest.mark.parametrize(
+    "key", ["env_steps", "is_success", "episode_return", "tip_error_m", "tip_error_percent"]
+)
 def test_pickled_array_is_never_loaded(make_study, key):
     path = make_study(PAIR) / "raw_0" / "seed_00" / "evals.npz"
     rewrite(path, **{key: np.array([{}], dtype=object)})
@@ -180,10 +186,38 @@ def test_progress_without_an_honest_clock_offers_none(make_study, text):
 
 @pytest.mark.parametrize(
     ("file", "text"),
-    [("manifest.json", "{"), ("manifest.json", "[]"), ("progress.csv", "env_steps,wall_s\nx,1\n")],
+    [
+        ("manifest.json", "{"),
+        ("manifest.json", "[]"),
+        ("progress.csv", "env_steps,wall_s\nx,1\n"),
+        ("metrics.json", "{"),
+        ("metrics.json", "[]"),
+        ("metrics.json", '[{"name": "tip_error_m"}]'),
+    ],
 )
 def test_corrupt_side_file_is_named(make_study, file, text):
     folder = make_study(PAIR, 1)
     (folder / "raw_0" / "seed_00" / file).write_text(text)
     with pytest.raises(ResultsError, match=file):
+        load_study(folder)
+
+
+def test_runs_of_the_first_version_are_read_by_the_names_of_their_arrays(make_study):
+    folder = make_study(PAIR, 2)
+    declared = load_study(folder)
+    for path in folder.glob("*/*/metrics.json"):
+        path.unlink()
+    study = load_study(folder)
+    assert [m.name for m in study.metrics] == ["tip_error_m", "tip_error_percent"]
+    assert study.metrics[0].with_unit() == declared.metrics[0].with_unit() == "tip error [mm]"
+    for arm, known in zip(study.arms, declared.arms, strict=True):
+        values = study.curves(arm, arm.metrics[0])
+        np.testing.assert_array_equal(values, declared.curves(known, known.metrics[0]))
+
+
+def test_seeds_that_measured_different_things_are_refused(make_study):
+    folder = make_study(PAIR)
+    path = folder / "raw_0" / "seed_01" / "metrics.json"
+    path.write_text(json.dumps(json.loads(path.read_text())[:1]))
+    with pytest.raises(ResultsError, match=r"seed_01: its metrics differ"):
         load_study(folder)

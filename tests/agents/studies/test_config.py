@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from agents.studies.config import ROOT, ConfigError, StudyConfig, TrainConfig, load_config
+from agents.files import ROOT, ConfigError
+from agents.learning.config import TrainConfig, load_config
+from agents.studies.config import StudyConfig
 
 STUDIES = sorted((ROOT / "configs" / "studies").glob("*.yaml"))
 TRAINS = sorted((ROOT / "configs" / "train").glob("*.yaml"))

@@ -1,0 +1,93 @@
+"""Metrics of a run as people read them: recorded beside its results, read by the report.
+
+A task declares its metrics once (`clarke_gym.tasks.base.Metric`). A run folder keeps the
+declaration in ``metrics.json``, so that its readers need neither the task nor the environment.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+FILE = "metrics.json"
+
+SHOWN_UNITS = {"m": ("mm", 1e3)}
+"""SI unit -> the unit that people read, and how many of it make one."""
+
+_SUFFIXES = {"m": "m", "percent": "%", "rad": "rad", "s": "s"}
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A metric as its task declares it, with the unit that people read.
+
+    Examples
+    --------
+    >>> metric = Metric("tip_error_m", "tip error", "m", 0.4)
+    >>> metric.shown_name, metric.shown_unit, metric.factor
+    ('tip_error_mm', 'mm', 1000.0)
+    >>> metric.with_unit(), Metric("laps", "laps", "", 0.0).with_unit()
+    ('tip error [mm]', 'laps')
+    """
+
+    name: str
+    label: str
+    unit: str
+    worst: float
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit that people read."""
+        return SHOWN_UNITS.get(self.unit, (self.unit, 1.0))[0]
+
+    @property
+    def factor(self) -> float:
+        """What a value is multiplied by to be shown."""
+        return SHOWN_UNITS.get(self.unit, (self.unit, 1.0))[1]
+
+    @property
+    def shown_name(self) -> str:
+        """Name of a column of shown values; a suffix says the unit where it is another one."""
+        if self.shown_unit == self.unit:
+            return self.name
+        return f"{self.name.removesuffix(f'_{self.unit}')}_{self.shown_unit}"
+
+    def with_unit(self, form: str = " [{}]") -> str:
+        """Return the label, followed by the unit if there is one."""
+        return self.label + (form.format(self.shown_unit) if self.unit else "")
+
+    @classmethod
+    def from_name(cls, name: str) -> Metric:
+        """Return what a name alone tells: an error whose unit is the suffix.
+
+        Examples
+        --------
+        >>> Metric.from_name("tip_error_m")
+        Metric(name='tip_error_m', label='tip error', unit='m', worst=inf)
+        """
+        stem, _, suffix = name.rpartition("_")
+        known = bool(stem) and suffix in _SUFFIXES
+        label = (stem if known else name).replace("_", " ")
+        return cls(name, label, _SUFFIXES[suffix] if known else "", float("inf"))
+
+
+def metrics_text(declared: Iterable[Any]) -> str:
+    """Return what ``metrics.json`` holds, the leading metric first."""
+    return json.dumps([asdict(metric) for metric in declared], indent=2) + "\n"
+
+
+def read_metrics(path: Path) -> tuple[Metric, ...]:
+    """Return the metrics that a ``metrics.json`` declares.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError
+        If the file is missing or does not hold metrics.
+    """
+    metrics = tuple(Metric(**entry) for entry in json.loads(path.read_text(encoding="utf-8")))
+    if not metrics:
+        raise ValueError("no metric is declared")
+    return metrics
