@@ -15,7 +15,8 @@ install: $(STAMP)  ## create .venv and install everything into it
 $(STAMP): pyproject.toml constraints.txt
 	@echo "==> creating the environment in $(VENV) with $(PYTHON)"
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[train,dev]"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt "pip>=25.1"  # knows --group
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . --group dev
 	@touch $@
 
 compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 10 minutes)
@@ -27,10 +28,11 @@ test: $(STAMP)  ## the whole test suite
 	@echo "==> running the tests"
 	@$(BIN)/python -m pytest -n auto
 
-check: $(STAMP)  ## ruff and mypy
+check: $(STAMP)  ## ruff, mypy and the rules of imports
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
+	@$(BIN)/lint-imports
 
 format: $(STAMP)  ## format and fix what ruff can fix
 	@$(BIN)/ruff check --fix .
