@@ -106,7 +106,7 @@ class _Recorder(BaseCallback):
             self._folder / "evals.npz", {"env_steps": np.array(self._steps, np.int64), **arrays}
         )
         text = io.StringIO()
-        writer = csv.DictWriter(text, fieldnames=list(self._rows[0]), lineterminator="\n")
+        writer = csv.DictWriter(text, fieldnames=list(self._rows[-1]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(self._rows)
         files.write_text(self._folder / "progress.csv", text.getvalue())

@@ -141,11 +141,7 @@ def _load_arm(entry: Any, folder: Path, where: str) -> Arm:
         raise ResultsError(f"{where}: key 'seeds' must list one or more different whole numbers")
     runs = tuple(load_run(run_folder(folder, name, seed), name, seed) for seed in seeds)
     representation, task = (_key(entry, key, str, where) for key in ("representation", "task"))
-    arm = Arm(name, representation, task, runs)
-    for run, evals in arm.done:
-        if [m.name for m in evals.metrics] != [m.name for m in arm.metrics]:
-            raise ResultsError(f"{run.path}: its metrics differ from those of other seeds")
-    return arm
+    return Arm(name, representation, task, runs)
 
 
 def _load_references(path: Path) -> dict[str, Reference]:
@@ -168,7 +164,8 @@ def load_study(study_dir: Path) -> Study:
     ------
     ResultsError
         If a file is corrupt, a key is missing or of the wrong type, two runs were evaluated at
-        different steps, a task has one representation twice, or no run is finished.
+        different steps, two runs of a task measured different things, a task has one representation
+        twice, or no run is finished.
     """
     path = Path(study_dir) / "study.yaml"
     try:
@@ -191,6 +188,12 @@ def load_study(study_dir: Path) -> Study:
             raise ResultsError(
                 f"{run.path / 'evals.npz'}: key 'env_steps' differs from that of {first.path}"
             )
+    measured: dict[str, list[str]] = {}
+    for arm in arms:
+        for run, evals in arm.done:
+            names = [metric.name for metric in evals.metrics]
+            if names != measured.setdefault(arm.task, names):
+                raise ResultsError(f"{run.path}: its metrics differ from other runs of {arm.task}")
     return Study(
         name=_key(data, "name", str, where),
         title=_key(data, "title", str, where),

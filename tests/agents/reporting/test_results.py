@@ -215,9 +215,9 @@ def test_runs_of_the_first_version_are_read_by_the_names_of_their_arrays(make_st
         np.testing.assert_array_equal(values, declared.curves(known, known.metrics[0]))
 
 
-def test_seeds_that_measured_different_things_are_refused(make_study):
+def test_runs_of_a_task_that_measured_different_things_are_refused(make_study):
     folder = make_study(PAIR)
-    path = folder / "raw_0" / "seed_01" / "metrics.json"
+    path = folder / "clarke_0" / "seed_01" / "metrics.json"
     path.write_text(json.dumps(json.loads(path.read_text())[:1]))
-    with pytest.raises(ResultsError, match=r"seed_01: its metrics differ"):
+    with pytest.raises(ResultsError, match=r"seed_01: its metrics differ from other runs of n = 3"):
         load_study(folder)
