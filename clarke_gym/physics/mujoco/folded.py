@@ -159,4 +159,5 @@ class FoldedSteps:
             whole, engine = self._whole.engine, self._engine
             whole.place(rows, *engine.kept(rows))
             self._whole.run(rows, *drives)
-            engine.place(rows, whole.qpos[rows], whole.qvel[rows])
+            # The two have the same joints, so that one goes on where the other stopped.
+            engine.place(rows, whole.qpos[rows], whole.qvel[rows], whole.warm[rows])

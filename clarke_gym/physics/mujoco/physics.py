@@ -284,13 +284,15 @@ class MujocoPhysics:
         return {
             "qpos": self._engine.qpos.copy(),
             "qvel": self._engine.qvel.copy(),
+            "qacc_warmstart": self._engine.warm.copy(),
             "drive": self._drive.get_state(),
             "diverged": self._diverged.copy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        self._engine.place(np.arange(self.num_envs), state["qpos"], state["qvel"])
+        rows = np.arange(self.num_envs)
+        self._engine.place(rows, state["qpos"], state["qvel"], state["qacc_warmstart"])
         self._drive = JointVector.from_state(state["drive"], self._scalar)
         self._set_diverged(state["diverged"].copy())
         self._state = None
