@@ -194,6 +194,31 @@ def test_in_contact_too_a_robot_alone_has_the_bits_of_a_row(options):
             np.testing.assert_array_equal(single.get_state()[name][0], batch.get_state()[name][1])
 
 
+@pytest.mark.parametrize("segments", [1, 2, 3])
+@pytest.mark.parametrize("scalar", [True, False], ids=["single", "batch"])
+def test_motion_with_slack_tendons_hardly_depends_on_the_time_step(segments, scalar):
+    """From limit to limit: no more than 0.1 % of the length from a time step of 0.1 ms."""
+    robot = robot_of(*[3] * segments, drive_lag=0.05)
+    coarse, fine = (
+        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, sim_dt_s=step)
+        for step in (None, 1e-4)
+    )
+    target = np.random.default_rng(segments).choice([-1.0, 1.0], robot.n_joints) * 2e-3
+    slack, errors = 0, []
+    for k in range(20):
+        raw = target if k // 5 % 2 else -target
+        clarke = raw @ robot.encoder.T
+        off = 0.1 * (raw - clarke @ robot.decoder.T)
+        for physics in (coarse, fine):
+            command = clarke.reshape(1, -1, 2), off.tolist() if scalar else off[None]
+            physics.step(JointVector.from_clarke(*command, scalar=scalar))
+        slack += int((fine.tension <= 0.0).any())
+        errors.append(coarse.state.tip_position - fine.state.tip_position)
+    assert slack > 3
+    rms = np.sqrt((np.array(errors) ** 2).sum(-1).mean())
+    assert rms < 1e-3 * robot.length_m
+
+
 @pytest.mark.usefixtures("tight_profiles")
 @pytest.mark.parametrize("counts", [(3,), (5, 3), (32,)], ids=str)
 def test_folded_tendons_equal_all_tendons_while_taut(counts):

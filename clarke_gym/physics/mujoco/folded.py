@@ -27,7 +27,8 @@ class FoldedSteps:
     """Runs robots whose taut tendons are folded into two a segment.
 
     Every tendon is checked at each time step. A robot with a slack one goes back to where it was
-    at the engine's last `keep` and repeats the control step with all its tendons.
+    at the engine's last `keep` and repeats the control step with all its tendons, in time steps of
+    their own.
 
     Parameters
     ----------
