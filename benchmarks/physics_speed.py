@@ -168,7 +168,7 @@ def overhead() -> list[str]:
     lines = floors()
     for profile in PROFILES:
         for segments in SEGMENTS:
-            for count, bar in ((BATCH, 0.9), (1, 0.8)):
+            for count, bar in ((BATCH, 0.9), (1, 0.7)):
                 workloads = {
                     "bare": bare(count, profile, segments),
                     "env": actor(count, profile, segments)[1],

@@ -3,6 +3,7 @@
 import math
 
 import gymnasium as gym
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import event, given
@@ -86,6 +87,136 @@ def test_restored_state_continues_bit_for_bit(options):
     other.set_state(first.get_state())
     np.testing.assert_array_equal(other.state.tip_position, first.state.tip_position)
     np.testing.assert_array_equal(trace(other, commands[6:]), trace(first, commands[6:]))
+
+
+@pytest.fixture
+def contacts(monkeypatch):
+    """Three rods that stand beside the robot: contact, for which the solver iterates.
+
+    Without constraints a step does not depend on where the solver starts.
+    """
+    from clarke_gym.physics.mujoco import links
+
+    compile_alone = links.Backbone.compile
+
+    def among_rods(backbone, folded):
+        spec = backbone._spec
+        for geom in spec.geoms:
+            geom.contype, geom.conaffinity = 2, 0
+        for x, y in ((0.013, 0.0), (0.0, 0.013), (-0.013, 0.0)):
+            spec.worldbody.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+                size=[0.002, 0.3, 0.0],
+                pos=[x, y, 0.3],
+                contype=2,
+                conaffinity=2,
+            )
+        spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+        return compile_alone(backbone, folded)
+
+    monkeypatch.setattr(links.Backbone, "compile", among_rods)
+
+
+ENGINES = pytest.mark.parametrize("scalar", [True, False], ids=["single", "batch"])
+MODELS = pytest.mark.parametrize(
+    "options",
+    [{}, {"profile": "accurate"}, {"routing": "chord"}, {"actuation": "tension"}],
+    ids=str,
+)
+
+
+def command_of(command, scalar, row=slice(None)):
+    """A row of a batch's command, as the physics of one robot takes it."""
+    off = command.off_manifold
+    if off is not None:
+        off = off[row][0].tolist() if scalar else off[row]
+    return JointVector.from_clarke(command.clarke[row], off, scalar)
+
+
+@pytest.mark.usefixtures("contacts")
+@ENGINES
+@MODELS
+def test_a_fresh_simulation_continues_a_state_bit_for_bit(options, scalar):
+    robot = robot_of(5, 4)
+    first, other = (
+        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, **options) for _ in range(2)
+    )
+    slack = 0
+    for k, command in enumerate(random_commands(robot, 1, 24)):
+        target = command_of(command, scalar)
+        if k == 12:
+            other.set_state(first.get_state())
+        first.step(target)
+        if k >= 12:
+            slack += int((first.tension <= 0.0).any())
+            other.step(target)
+            ours, theirs = first.get_state(), other.get_state()
+            for name in ("qpos", "qvel", "qacc_warmstart"):
+                np.testing.assert_array_equal(ours[name], theirs[name])
+            np.testing.assert_array_equal(first.tension, other.tension)
+    assert slack > 3
+
+
+@pytest.mark.usefixtures("contacts")
+@ENGINES
+@MODELS
+def test_nothing_is_left_of_what_a_robot_did_before_its_reset(options, scalar):
+    robot = robot_of(5, 4)
+    used, fresh = (
+        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, **options) for _ in range(2)
+    )
+    for command in random_commands(robot, 1, 8):
+        used.step(command_of(command, scalar))
+    for physics in (used, fresh):
+        physics.reset(np.array([0]), np.full((1, 2, 2), 1e-3))
+    for command in random_commands(robot, 1, 8, seed=1):
+        for physics in (used, fresh):
+            physics.step(command_of(command, scalar))
+        np.testing.assert_array_equal(used.get_state()["qpos"], fresh.get_state()["qpos"])
+
+
+@pytest.mark.usefixtures("contacts")
+@MODELS
+def test_in_contact_too_a_robot_alone_has_the_bits_of_a_row(options):
+    """Whether or not it goes slack, and whatever the rows beside it do."""
+    robot = robot_of(5, 4)
+    single = MujocoPhysics(robot, 1, CONTROL_DT, scalar=True, **options)
+    batch = MujocoPhysics(robot, 3, CONTROL_DT, threads=1, **options)
+    for k, command in enumerate(random_commands(robot, 3, 20)):
+        if command.off_manifold is not None and k % 4 == 1:
+            command.off_manifold[1] = 0.0  # the others alone go slack
+        single.step(command_of(command, True, slice(1, 2)))
+        batch.step(command)
+        if k == 12:
+            single.reset(np.array([0]), np.full((1, 2, 2), 1e-3))
+            batch.reset(np.array([1]), np.full((1, 2, 2), 1e-3))
+        for name in ("qpos", "qvel", "qacc_warmstart"):
+            np.testing.assert_array_equal(single.get_state()[name][0], batch.get_state()[name][1])
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3])
+@pytest.mark.parametrize("scalar", [True, False], ids=["single", "batch"])
+def test_motion_with_slack_tendons_hardly_depends_on_the_time_step(segments, scalar):
+    """From limit to limit: no more than 0.1 % of the length from a time step of 0.1 ms."""
+    robot = robot_of(*[3] * segments, drive_lag=0.05)
+    coarse, fine = (
+        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, sim_dt_s=step)
+        for step in (None, 1e-4)
+    )
+    target = np.random.default_rng(segments).choice([-1.0, 1.0], robot.n_joints) * 2e-3
+    slack, errors = 0, []
+    for k in range(20):
+        raw = target if k // 5 % 2 else -target
+        clarke = raw @ robot.encoder.T
+        off = 0.1 * (raw - clarke @ robot.decoder.T)
+        for physics in (coarse, fine):
+            command = clarke.reshape(1, -1, 2), off.tolist() if scalar else off[None]
+            physics.step(JointVector.from_clarke(*command, scalar=scalar))
+        slack += int((fine.tension <= 0.0).any())
+        errors.append(coarse.state.tip_position - fine.state.tip_position)
+    assert slack > 3
+    rms = np.sqrt((np.array(errors) ** 2).sum(-1).mean())
+    assert rms < 1e-3 * robot.length_m
 
 
 @pytest.mark.usefixtures("tight_profiles")

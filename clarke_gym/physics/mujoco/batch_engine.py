@@ -51,6 +51,7 @@ class BatchEngine(Engine):
         self._batch = Batch(chain.model, num_envs, threads)
         self._quiet = QuietEngine()
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
+        self.warm = self._batch.bind("qacc_warmstart")
         self._control = self._batch.bind("ctrl")
         self._activation = self._batch.bind("act") if chain.model.na else None
         self._sites = self._batch.bind("site_xpos")
@@ -59,9 +60,15 @@ class BatchEngine(Engine):
         self._name_history(self._batch.bind("history"))
         self._stale = np.ones(num_envs, dtype=bool)  # where positions are not those of now
 
-    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+    def place(
+        self,
+        rows: NDArray[np.intp],
+        qpos: FloatArray,
+        qvel: FloatArray | float,
+        warm: FloatArray | float = 0.0,
+    ) -> None:
         """Put the simulations `rows` somewhere; see `Engine.place`."""
-        super().place(rows, qpos, qvel)
+        super().place(rows, qpos, qvel, warm)
         self._stale[rows] = True
 
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:

@@ -35,6 +35,10 @@ class Engine(ABC):
     qvel: FloatArray
     """Their rates [rad/s], shape (B, nv)."""
 
+    warm: FloatArray
+    """Accelerations of the last time step [rad/s^2], where the next one's solver starts and on
+    which its last bits depend, shape (B, nv)."""
+
     acted: FloatArray
     """Tendon lengths [m] at the start of each time step of the last control step, where the model
     records them, shape (B, ntendon, K)."""
@@ -54,8 +58,16 @@ class Engine(ABC):
         rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
         self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
 
-    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+    def place(
+        self,
+        rows: NDArray[np.intp],
+        qpos: FloatArray,
+        qvel: FloatArray | float,
+        warm: FloatArray | float = 0.0,
+    ) -> None:
         """Put the simulations `rows` somewhere.
+
+        Nothing of what they did before is left: what follows depends on these numbers alone.
 
         Parameters
         ----------
@@ -64,8 +76,10 @@ class Engine(ABC):
             Joint coordinates [rad].
         qvel : ndarray, shape (R, nv), or float
             Their rates [rad/s].
+        warm : ndarray, shape (R, nv), or float
+            Where the solver of the next time step starts [rad/s^2]; 0 as in a new simulation.
         """
-        self.qpos[rows], self.qvel[rows] = qpos, qvel
+        self.qpos[rows], self.qvel[rows], self.warm[rows] = qpos, qvel, warm
 
     def angle_norm(self) -> float:
         """Return the root of the sum of squares of all joint coordinates [rad]; nan if one is."""
@@ -73,11 +87,12 @@ class Engine(ABC):
 
     def keep(self) -> None:
         """Remember where the simulations are, for `kept`."""
-        self._kept = self.qpos.copy(), self.qvel.copy()
+        self._kept = self.qpos.copy(), self.qvel.copy(), self.warm.copy()
 
-    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """Return joint coordinates and rates of the simulations `rows` at the last `keep`."""
-        return self._kept[0][rows], self._kept[1][rows]
+    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return where the simulations `rows` were at the last `keep`, as `place` takes it."""
+        qpos, qvel, warm = self._kept
+        return qpos[rows], qvel[rows], warm[rows]
 
     @abstractmethod
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:

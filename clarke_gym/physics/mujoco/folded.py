@@ -27,7 +27,8 @@ class FoldedSteps:
     """Runs robots whose taut tendons are folded into two a segment.
 
     Every tendon is checked at each time step. A robot with a slack one goes back to where it was
-    at the engine's last `keep` and repeats the control step with all its tendons.
+    at the engine's last `keep` and repeats the control step with all its tendons, in time steps of
+    their own.
 
     Parameters
     ----------
@@ -159,4 +160,5 @@ class FoldedSteps:
             whole, engine = self._whole.engine, self._engine
             whole.place(rows, *engine.kept(rows))
             self._whole.run(rows, *drives)
-            engine.place(rows, whole.qpos[rows], whole.qvel[rows])
+            # The two have the same joints, so that one goes on where the other stopped.
+            engine.place(rows, whole.qpos[rows], whole.qvel[rows], whole.warm[rows])

@@ -40,10 +40,12 @@ class MujocoPhysics:
 
     The drives follow their commands with the robot's first-order lag, as in the constant-curvature
     physics, and ramp from one control step to the next. Tendons are springs with pretension that
-    only pull. With the profile "fast", a segment's taut tendons act as two springs along its Clarke
-    coordinates. Every step checks each tendon at each time step; a robot with a slack one repeats
-    the control step with all its tendons. The engine decides which of those pull by the tension
-    that it expects at the start of a time step, ahead by stiffness x speed x step.
+    only pull. A segment's taut tendons act as two springs along its Clarke coordinates. Every step
+    checks each tendon at each time step; a robot with a slack one repeats the control step with all
+    its tendons. The engine decides which of those pull by the tension that it expects at the start
+    of a time step, ahead by stiffness x speed x step; repeated steps are therefore made of shorter
+    time steps (`Profile.slack_dt_s`). With straight-chord routing tendons are never folded, and
+    their time step is that of the profile or `sim_dt_s`.
 
     Parameters
     ----------
@@ -117,7 +119,6 @@ class MujocoPhysics:
         most = min(num_envs, os.cpu_count() or 1)
         self._threads = most if threads is None else check_count("threads", threads)
         self._options: dict[str, Any] = {
-            "sim_dt_s": self._sim_dt,
             "routing": routing,
             "actuation": actuation,
             "gravity_m_s2": gravity_m_s2,
@@ -126,7 +127,7 @@ class MujocoPhysics:
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
-        self._engine = self._make_engine()
+        self._engine = self._make_engine(self._sim_dt)
         self._tension_driven = actuation == "tension"
         self._displacements = Displacements(self._engine, self._springs, routing == "chord")
         self._steps = self._make_steps()
@@ -139,10 +140,15 @@ class MujocoPhysics:
     def _set_diverged(self, diverged: NDArray[np.bool_]) -> None:
         self._diverged, self._stopped = diverged, int(diverged.sum())
 
-    def _make_engine(self, folded: bool | None = None) -> Engine:
+    def _make_engine(self, sim_dt: float, folded: bool | None = None) -> Engine:
         """Return the robots' simulation, with their tendons folded or not."""
         chain = build_chain(
-            self.robot, self._profile, folded=folded, record=self._substeps, **self._options
+            self.robot,
+            self._profile,
+            sim_dt_s=sim_dt,
+            folded=folded,
+            record=self._substeps,
+            **self._options,
         )
         if self._scalar:
             return SingleEngine(chain)
@@ -155,7 +161,9 @@ class MujocoPhysics:
             return WholeSteps(self._engine, springs, substeps, self._tension_driven)
 
         def make_whole() -> WholeSteps:
-            return WholeSteps(self._make_engine(folded=False), springs, substeps)
+            finer = math.ceil(self._sim_dt / self._profile.slack_dt_s - 1e-9)
+            engine = self._make_engine(self._sim_dt / finer, folded=False)
+            return WholeSteps(engine, springs, substeps * finer)
 
         to_clarke = self._displacements.to_clarke
         return FoldedSteps(self._engine, make_whole, springs, to_clarke, substeps)
@@ -284,13 +292,15 @@ class MujocoPhysics:
         return {
             "qpos": self._engine.qpos.copy(),
             "qvel": self._engine.qvel.copy(),
+            "qacc_warmstart": self._engine.warm.copy(),
             "drive": self._drive.get_state(),
             "diverged": self._diverged.copy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        self._engine.place(np.arange(self.num_envs), state["qpos"], state["qvel"])
+        rows = np.arange(self.num_envs)
+        self._engine.place(rows, state["qpos"], state["qvel"], state["qacc_warmstart"])
         self._drive = JointVector.from_state(state["drive"], self._scalar)
         self._set_diverged(state["diverged"].copy())
         self._state = None

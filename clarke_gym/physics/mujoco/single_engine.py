@@ -35,7 +35,8 @@ class SingleEngine(Engine):
         self._data = data = mujoco.MjData(self._model)
         # Views into the simulator's memory, made once.
         self.qpos, self.qvel = data.qpos[None], data.qvel[None]
-        self._angles, self._rates = data.qpos, data.qvel
+        self.warm = data.qacc_warmstart[None]
+        self._angles, self._rates, self._start = data.qpos, data.qvel, data.qacc_warmstart
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
         self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
@@ -47,10 +48,16 @@ class SingleEngine(Engine):
         self._acted_later = self.acted[0, :, 1:]
         self._begin_step()
 
-    def place(self, rows: NDArray[np.intp], qpos: FloatArray, qvel: FloatArray | float) -> None:
+    def place(
+        self,
+        rows: NDArray[np.intp],
+        qpos: FloatArray,
+        qvel: FloatArray | float,
+        warm: FloatArray | float = 0.0,
+    ) -> None:
         """Put the simulation somewhere; see `Engine.place`."""
         del rows
-        self.qpos[:], self.qvel[:] = qpos, qvel
+        self.qpos[:], self.qvel[:], self.warm[:] = qpos, qvel, warm
         self._begin_step()
 
     def angle_norm(self) -> float:
@@ -59,13 +66,13 @@ class SingleEngine(Engine):
 
     def keep(self) -> None:
         """Remember where the simulation is; see `Engine.keep`."""
-        self._kept_bytes = self._angles.tobytes(), self._rates.tobytes()
+        self._kept_bytes = self._angles.tobytes(), self._rates.tobytes(), self._start.tobytes()
 
-    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    def kept(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return where the simulation was; see `Engine.kept`."""
         del rows
-        qpos, qvel = (np.frombuffer(part)[None] for part in self._kept_bytes)
-        return qpos, qvel
+        qpos, qvel, warm = (np.frombuffer(part)[None] for part in self._kept_bytes)
+        return qpos, qvel, warm
 
     def _begin_step(self) -> None:
         """Do the first half of a time step: what follows from where the simulation is."""
