@@ -27,9 +27,9 @@ def vector(env_id: str, batch: int, **keywords: Any) -> Workload:
     envs.reset(seed=0)
     envs.action_space.seed(0)
     actions = envs.action_space.sample()
-    core = getattr(envs.unwrapped, "core", None)
+    core = getattr(envs.unwrapped, "_core", None)
     if core is not None:
-        core.steps[:] = np.arange(batch) % 50
+        core.episode.steps[:] = np.arange(batch) % 50
     else:
         for _ in range(60):
             envs.step(actions)

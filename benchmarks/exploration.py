@@ -9,6 +9,8 @@ import os
 
 os.environ["OMP_NUM_THREADS"] = "1"
 
+from typing import Any
+
 import gymnasium as gym
 import numpy as np
 
@@ -30,25 +32,25 @@ def tip_motion(representation: str, n_tendons: int) -> tuple[float, float]:
         n_tendons=n_tendons,
         representation=representation,
         random_start=False,
-        max_episode_steps=STEPS + 1,
+        episode_steps=STEPS + 1,
     )
     envs.reset(seed=0)
-    core = envs.unwrapped.core  # type: ignore[attr-defined]
+    face: Any = envs.unwrapped
     rng = np.random.default_rng(0)
     low, high = envs.action_space.low, envs.action_space.high  # type: ignore[attr-defined]
-    previous = core.physics.state.tip_position
+    previous = face.physics.state.tip_position
     squares, tips = [], []
     for _ in range(STEPS):
         noise = rng.normal(size=low.shape)
         envs.step(np.clip(noise, low, high).astype(np.float32))  # SB3 clips to the box, too
-        tip = core.physics.state.tip_position
+        tip = face.physics.state.tip_position
         squares.append(((tip - previous) ** 2).sum(axis=1))
         tips.append(tip)
         previous = tip
     x, y, z = np.concatenate(tips).T
     angle = 2.0 * np.arctan2(np.hypot(x, y), z)
-    rings = 1.0 - np.cos(np.minimum(angle, core.robot.max_bending[0]) / 2.0)
-    rings = np.minimum(11, (12 * rings / (1.0 - np.cos(core.robot.max_bending[0] / 2.0)))).astype(
+    rings = 1.0 - np.cos(np.minimum(angle, face.robot.max_bending[0]) / 2.0)
+    rings = np.minimum(11, (12 * rings / (1.0 - np.cos(face.robot.max_bending[0] / 2.0)))).astype(
         int
     )
     sectors = ((np.arctan2(y, x) + np.pi) / (2.0 * np.pi) * 24).astype(int) % 24

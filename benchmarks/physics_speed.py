@@ -23,10 +23,10 @@ from matplotlib.figure import Figure
 import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.timing import Workload, seconds_per_call
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.physics.mujoco.model import PROFILES
 from clarke_gym.robots import Robot
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.presets import make_robot
 
 BATCH = 64
@@ -106,7 +106,7 @@ def actor(count: int, profile: str, segments: int) -> tuple[Any, Workload]:
 def bare(count: int, profile: str, segments: int) -> Workload:
     """Return the same control steps in a bare loop of `mj_step`, replayed from an environment."""
     env, work = actor(count, profile, segments)
-    engine = env.unwrapped.core.physics._engine
+    engine = env.unwrapped.physics._engine
     chain = engine.chain
     tape: list[FloatArray] = []
     run = engine.run

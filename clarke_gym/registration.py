@@ -1,4 +1,4 @@
-"""The table of environment ids, and the entry points that compose environment and wrappers."""
+"""The table of environment ids, and the entry points that compose environments by name."""
 
 from __future__ import annotations
 
@@ -6,54 +6,31 @@ from typing import Any
 
 import gymnasium as gym
 
-from clarke_gym import wrappers
 from clarke_gym.envs import (
     ContinuumRobotEnv,
     ContinuumRobotGoalEnv,
     ContinuumRobotVectorEnv,
     EnvConfig,
 )
-from clarke_gym.wrappers import vector as vector_wrappers
 
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
-    "clarke_gym/Reach-v0": {"max_episode_steps": 50, "kwargs": {"task": "reach"}},
+    "clarke_gym/Reach-v0": {"task": "reach"},
+    "clarke_gym/Task-v0": {},
 }
-"""Id -> what `gymnasium.register` needs beside the entry points."""
+"""Id -> keyword arguments. "clarke_gym/Task-v0" takes any task by name: ``task="mine"``."""
 
 
-def _compose(
-    env: Any, twins: Any, representation: str, action: str | None, observation: str | None
-) -> Any:
-    """Wrap `env` in its representations; raw needs no wrapper."""
-    action = representation if action is None else action
-    observation = representation if observation is None else observation
-    if action != "raw":
-        env = twins.RepresentationAction(env, action)
-    if observation != "raw":
-        env = twins.RepresentationObservation(env, observation)
-    return env
-
-
-def make_env(
-    *,
-    representation: str = "raw",
-    action_representation: str | None = None,
-    observation_representation: str | None = None,
-    render_mode: str | None = None,
-    **config: Any,
-) -> Any:
+def make_env(*, render_mode: str | None = None, **keywords: Any) -> Any:
     """Return a scalar environment; the entry point of every id.
 
     Parameters
     ----------
-    representation : str
-        Of actions and observations alike: a name of the registry in `clarke_gym.representations`.
-    action_representation, observation_representation : str, optional
-        One side only; `representation` where it is not given.
     render_mode : str, optional
-        "rgb_array", "depth_array", or "human" (a window; needs pygame, the extra ``human``).
-    **config
-        The fields of `clarke_gym.envs.EnvConfig`.
+        "rgb_array" or "depth_array"; `gymnasium.make` adds "rgb_array_list" (all pictures since the
+        last call) and "human" (a window; needs pygame, the extra ``human``).
+    **keywords
+        The fields of `clarke_gym.envs.EnvConfig`, and the keyword arguments of the robot
+        (`clarke_gym.robots.make_robot`), the task and the physics.
 
     Returns
     -------
@@ -71,31 +48,22 @@ def make_env(
     >>> env.action_space.shape
     (2,)
     """
-    settings = EnvConfig(**config)
-    env_class = ContinuumRobotGoalEnv if settings.goal_env else ContinuumRobotEnv
-    human = render_mode == "human"
-    env = _compose(
-        env_class(settings, "rgb_array" if human else render_mode),
-        wrappers,
-        representation,
-        action_representation,
-        observation_representation,
-    )
-    if human:  # a window that shows the picture; needs pygame
-        env = gym.wrappers.HumanRendering(env)
-    return env
+    config = EnvConfig.from_keywords(**keywords)
+    env_class = ContinuumRobotGoalEnv if config.goal_env else ContinuumRobotEnv
+    if render_mode == "human":
+        return gym.wrappers.HumanRendering(env_class(config, "rgb_array"))
+    if render_mode == "rgb_array_list":
+        return gym.wrappers.RenderCollection(env_class(config, "rgb_array"))
+    return env_class(config, render_mode)
 
 
 def make_vector_env(
     *,
     num_envs: int = 1,
-    representation: str = "raw",
-    action_representation: str | None = None,
-    observation_representation: str | None = None,
     max_episode_steps: int | None = None,
-    autoreset_mode: str = "next_step",
+    autoreset_mode: Any = "next_step",
     render_mode: str | None = None,
-    **config: Any,
+    **keywords: Any,
 ) -> Any:
     """Return a vector environment; the vector entry point of every id.
 
@@ -103,16 +71,14 @@ def make_vector_env(
     ----------
     num_envs : int
         Number of environments.
-    representation, action_representation, observation_representation : str
-        As in `make_env`.
     max_episode_steps : int, optional
-        Time limit; the id's own by default.
-    autoreset_mode : {"next_step", "same_step", "disabled"}
+        Gymnasium's name for a time limit that shortens episodes; `episode_steps` sets any.
+    autoreset_mode : {"next_step", "same_step", "disabled"} or gymnasium.vector.AutoresetMode
         When an ended episode starts again.
     render_mode : str, optional
-        One of the environment's render modes.
-    **config
-        The fields of `clarke_gym.envs.EnvConfig`.
+        "rgb_array" or "depth_array".
+    **keywords
+        As in `make_env`.
 
     Returns
     -------
@@ -130,12 +96,16 @@ def make_vector_env(
     >>> envs.action_space.shape
     (8, 2)
     """
-    env = ContinuumRobotVectorEnv(
-        EnvConfig(**config), num_envs, max_episode_steps, autoreset_mode, render_mode
-    )
-    return _compose(
-        env, vector_wrappers, representation, action_representation, observation_representation
-    )
+    config = EnvConfig.from_keywords(**keywords)
+    if max_episode_steps is not None:
+        longest = config.longest_episode
+        if not isinstance(max_episode_steps, int) or not 1 <= max_episode_steps <= longest:
+            raise ValueError(
+                f"max_episode_steps must be a whole number from 1 to {longest}, got "
+                f"{max_episode_steps!r}; episode_steps makes episodes longer"
+            )
+        config = EnvConfig.from_keywords(**{**keywords, "episode_steps": max_episode_steps})
+    return ContinuumRobotVectorEnv(config, num_envs, autoreset_mode, render_mode)
 
 
 def register_environments() -> None:
@@ -147,7 +117,7 @@ def register_environments() -> None:
     >>> "clarke_gym/Reach-v0" in gym.registry
     True
     """
-    for name, entry in ENVIRONMENTS.items():
+    for name, keywords in ENVIRONMENTS.items():
         if name not in gym.registry:
             gym.register(
                 name,
@@ -155,5 +125,5 @@ def register_environments() -> None:
                 vector_entry_point="clarke_gym.registration:make_vector_env",
                 disable_env_checker=True,  # our tests run the full one on every environment
                 order_enforce=False,  # the core refuses steps before the first reset itself
-                **entry,
+                kwargs=keywords,  # no max_episode_steps: the clock is inside, and in state()
             )

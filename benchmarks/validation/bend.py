@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from benchmarks.validation.common import Row, save
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.robots import Robot, Segment
+from clarke_gym.robots.joint_vector import JointVector
 
 COUNTS = (3, 4, 5, 7, 11)
 ANGLES = np.radians(np.arange(10, 121, 10))

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from benchmarks.validation.common import Row, save
 from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.robots import Robot
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.presets import PRESETS
 
 ANGLES = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0])

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.validation.common import Row, save
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.physics.mujoco.model import PROFILES
 from clarke_gym.robots import Robot
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.presets import make_robot
 
 CONTROL_DT = 0.05
@@ -57,11 +57,11 @@ def commands(motion: str, segments: int, paths: int) -> tuple[Robot, list[JointV
     shape = envs.action_space.shape
     held = rng.choice([-1.0, 1.0], shape)
     taken: list[JointVector] = []
-    physics = envs.unwrapped.core.physics
+    physics = envs.unwrapped.physics
     advance = physics.step
 
     def recorded(command: JointVector) -> None:
-        taken.append(JointVector.from_state(command.get_state(), False))
+        taken.append(JointVector.from_state(physics.batch, command.get_state()))
         advance(command)
 
     with mock.patch.object(physics, "step", recorded):

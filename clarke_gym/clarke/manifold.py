@@ -15,6 +15,7 @@ import numpy as np
 from clarke_gym.clarke.layouts import Layout
 from clarke_gym.clarke.transform import from_clarke
 from clarke_gym.numerics.arrays import Array, FloatArray, array_namespace, as_floating
+from clarke_gym.numerics.batch import shortened
 from clarke_gym.numerics.checks import check_last_axis, check_positive, check_tendon_count
 
 
@@ -159,8 +160,8 @@ def saturate_circle(rho_bar: Array, limit: float) -> Array:
     array([0.6, 0.8])
     """
     rho_bar = check_last_axis(rho_bar, 2, "rho_bar")
-    square = (rho_bar * rho_bar).sum(-1)[..., None]
-    return _shortened(rho_bar, square, check_positive("limit", limit) ** 2, 0.5)
+    pair = shortened(rho_bar[..., 0], rho_bar[..., 1], check_positive("limit", limit))
+    return array_namespace(rho_bar).stack(pair, -1)
 
 
 def saturate_polygon(rho_bar: Array, n: int, limit: float) -> Array:
@@ -189,18 +190,11 @@ def saturate_polygon(rho_bar: Array, n: int, limit: float) -> Array:
     >>> saturate_polygon(np.array([3.0, 3.0]), 4, 1.0)
     array([1., 1.])
     """
-    largest = largest_joint(rho_bar, n)[..., None]
-    return _shortened(
-        check_last_axis(rho_bar, 2, "rho_bar"), largest, check_positive("limit", limit), 1.0
-    )
-
-
-def _shortened(rho_bar: Array, size: Array, limit: float, power: float) -> Array:
-    xp = array_namespace(rho_bar)
-    inside = size <= limit
-    safe = xp.where(inside, xp.ones_like(size), size)
-    scale = xp.where(inside, xp.ones_like(size), (limit / safe) ** power)
-    return rho_bar * scale
+    rho_bar = check_last_axis(rho_bar, 2, "rho_bar")
+    xp, largest = array_namespace(rho_bar), largest_joint(rho_bar, n)[..., None]
+    outside = largest > check_positive("limit", limit)
+    one = xp.ones_like(largest)
+    return rho_bar * xp.where(outside, limit / xp.where(outside, largest, one), one)
 
 
 def manifold_limit(joint_limits: Array, layout: Layout | None = None) -> float:

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.envs.codecs import JOINT_BLOCKS
-from clarke_gym.envs.core import EnvCore
-from clarke_gym.representations.registry import Representation, make_representation
+from clarke_gym.envs.face import Face
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.representations import Representation
 from clarke_gym.wrappers import RepresentationAction, RepresentationObservation
 from clarke_gym.wrappers.vector import RepresentationAction as VectorAction
 from clarke_gym.wrappers.vector import RepresentationObservation as VectorObservation
 
-FloatArray = NDArray[np.float64]
+NEEDED = ("command", "displacement", "tip_position")
+"""Sensors that controllers read."""
 
 
 @dataclass
@@ -38,32 +39,44 @@ class ManifoldInterface:
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment whose task has a goal position.
+        A clarke_gym environment whose task has a goal position, made with keywords or wrapped by
+        hand (`clarke_gym.wrappers`).
 
     Raises
     ------
     TypeError, ValueError
-        If it is another environment, or its goal is no position.
+        If it is another environment, its goal is no position, or its sensors do not suffice.
     """
 
     def __init__(self, env: Any) -> None:
-        core = getattr(env.unwrapped, "core", None)
-        if not isinstance(core, EnvCore):
+        face = env.unwrapped
+        if not isinstance(face, Face):
             raise TypeError(f"a controller needs a clarke_gym environment, got {env!r}")
-        if core.task.goal_size != 3 or core.task.observation_size != 3:
+        goal = face.task.goal
+        if goal is None or goal.size != 3 or goal.unit != "m":
             raise ValueError(
-                f"the controllers steer the tip to a position; {type(core.task).__name__} asks "
+                f"the controllers steer the tip to a position; {type(face.task).__name__} asks "
                 "for something else"
             )
-        self.robot = core.robot
-        self.control_dt = core.config.control_dt
-        self.step_m = (core.robot.tendon_speeds * core.config.control_dt)[:, None]
-        self._absolute = core.config.control == "absolute"
-        self._scale = core.robot.joint_scale
-        self._action = _representation_of(env, (RepresentationAction, VectorAction), core)
-        self._observation = _representation_of(
-            env, (RepresentationObservation, VectorObservation), core
+        missing = [name for name in NEEDED if name not in face.sensors]
+        if missing:
+            raise ValueError(f"a controller needs the sensors {missing}, got {list(face.sensors)}")
+        self.robot, self.control_dt = face.robot, face.control_dt
+        self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
+        self._absolute = face.control == "absolute"
+        self._goal_scale = goal.scale
+        self._action = _written_in(
+            env, (RepresentationAction, VectorAction), face.action_representation
         )
+        self._observation = _written_in(
+            env, (RepresentationObservation, VectorObservation), face.observation_representation
+        )
+        self._blocks = [block for block in face.sensors.values() if block.reach is not None]
+        self._tip = face.sensors["tip_position"]
+        self._goal = face.sensors.get("goal")
+        # A wrapper's joint-space blocks have another width than the environment's.
+        wider = self._observation.size - face.observation_representation.size
+        self._shift = len(self._blocks) * wider
 
     def sense(self, observation: Any) -> Sensed:
         """Return the observations (B, k), or a dictionary of them, in SI units."""
@@ -71,15 +84,19 @@ class ManifoldInterface:
         rows = np.atleast_2d(observation["observation"] if as_dict else observation)
         rows = rows.astype(np.float64)
         size = self._observation.size
-        blocks = [
-            self._observation.decode(rows[:, k * size : (k + 1) * size]) * self._scale
-            for k in range(len(JOINT_BLOCKS))
-        ]
-        pairs = [(block @ self.robot.encoder.T).reshape(len(rows), -1, 2) for block in blocks]
-        rest = rows[:, len(JOINT_BLOCKS) * size :]
-        goal = np.atleast_2d(observation["desired_goal"]) if as_dict else rest[:, 3:6]
-        length = self.robot.length_m
-        return Sensed(pairs[0], pairs[1], rest[:, :3] * length, goal * length)
+        pairs = {}
+        for k, block in enumerate(self._blocks):
+            joints = self._observation.decode(rows[:, k * size : (k + 1) * size]) * block.scale
+            pairs[block.name] = (joints @ self.robot.encoder.T).reshape(len(rows), -1, 2)
+        tip = self._task_block(rows, self._tip.place) * self._tip.scale
+        if as_dict or self._goal is None:
+            goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)
+        else:
+            goal = self._task_block(rows, self._goal.place)
+        return Sensed(pairs["command"], pairs["displacement"], tip, goal * self._goal_scale)
+
+    def _task_block(self, rows: FloatArray, place: slice) -> FloatArray:
+        return rows[:, place.start + self._shift : place.stop + self._shift]
 
     def act(
         self, target: FloatArray, held: FloatArray, speed_share: float = 1.0
@@ -104,12 +121,12 @@ class ManifoldInterface:
         return result
 
 
-def _representation_of(env: Any, wrappers: tuple[type, ...], core: EnvCore) -> Representation:
-    """Return the representation of a wrapper in the stack; raw if there is none."""
+def _written_in(env: Any, wrappers: tuple[type, ...], own: Representation) -> Representation:
+    """Return the representation of a wrapper that was put on by hand, or the environment's own."""
     layer = env
     while layer is not layer.unwrapped:
         if isinstance(layer, wrappers):
             representation: Representation = layer.representation  # type: ignore[attr-defined]
             return representation
         layer = layer.env
-    return make_representation("raw", core.robot)
+    return own

@@ -1,64 +1,108 @@
-"""The keyword arguments of every environment: one place for names, defaults and checks."""
+"""The keyword arguments of every environment, sorted to the parts that own them."""
 
 from __future__ import annotations
 
+import inspect
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from typing import Any
 
+from clarke_gym.disturbances import DISTURBANCES
 from clarke_gym.numerics.checks import check_choice, check_count, check_positive
-from clarke_gym.robots.presets import make_robot
-from clarke_gym.robots.robot import Robot
+from clarke_gym.numerics.registry import nearest
+from clarke_gym.physics import PHYSICS, physics_class
+from clarke_gym.representations import make_representation
+from clarke_gym.robots import Robot, make_robot
+from clarke_gym.sensors import LADDER, SENSORS
+from clarke_gym.tasks import TASKS, Task
 
 CONTROLS = ("increment", "absolute")
-PHYSICS = ("constant_curvature", "mujoco")
-TASKS = ("reach",)
+
+
+def keywords_of(function: Any) -> tuple[str, ...]:
+    """Return the names of the keyword-only arguments of a function or class.
+
+    Parameters
+    ----------
+    function : callable
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> keywords_of(TASKS["reach"])
+    ('reward', 'success_tolerance', 'random_start')
+    """
+    parameters = inspect.signature(function).parameters.values()
+    return tuple(p.name for p in parameters if p.kind is p.KEYWORD_ONLY)
+
+
+def names_in(text: str | None) -> tuple[str, ...]:
+    """Return the names in a combination.
+
+    Parameters
+    ----------
+    text : str or None
+        Names with "+" between them; "none", "" and None stand for no name.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> names_in("tendons + tip"), names_in("none")
+    (('tendons', 'tip'), ())
+    """
+    if text is not None and not isinstance(text, str):
+        raise TypeError(f"names must be a text such as 'tendons+tip', got {text!r}")
+    names = tuple(name.strip() for name in (text or "").split("+"))
+    return () if names in (("",), ("none",)) else names
 
 
 @dataclass(frozen=True, kw_only=True)
 class EnvConfig:
-    """What an environment is built from. All values are names and numbers, so specs are JSON-able.
+    """What an environment is composed of. All values are names and numbers, so specs are JSON-able.
 
     Parameters
     ----------
     task : str
-        "reach".
-    robot : str
-        A name of `clarke_gym.robots.presets.PRESETS`, e.g. "default", "two_segment", "hardware".
-    n_tendons : int, optional
-        Tendons of every segment, at least 3 (default: the preset's).
-    n_segments : int, optional
-        Number of equal segments (default: the preset's). They share the length that the backbone
-        holds up, see `clarke_gym.robots.presets.make_robot`, unless `segment_length_m` is given.
-    segment_length_m, pitch_radius_m, max_bending_rad : float, optional
-        Dimensions of every segment (default: the preset's).
-    material : str, optional
-        Backbone material, a name of `clarke_gym.robots.MATERIALS` (default: the preset's).
+        A name of `clarke_gym.tasks.TASKS`.
+    robot : str, dict or Robot
+        A preset's name, e.g. "default", "two_segment", "hardware", or one of `register_robot`; the
+        path of a YAML file; or what such a file holds.
     physics : str
         "constant_curvature" (taut tendons: off-manifold commands change nothing in the shape) or
         "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).
-    profile : str
-        MuJoCo only: "fast" (for learning) or "accurate" (finer elements and time step).
-    sim_dt_s : float, optional
-        MuJoCo only: time step [s]; must divide `control_dt`. The profile's by default.
-    payload_kg : float
-        MuJoCo only: point mass at the tip [kg].
-    threads : int, optional
-        MuJoCo only: threads to step on; all cores, at most one an environment, by default.
+    sensors : str, optional
+        What policies see: names of `clarke_gym.sensors.SENSORS` with "+" between them, e.g.
+        "command+tendons+tip"; what the task suggests by default. The goal is always seen.
+    disturbances : str, optional
+        Names of `clarke_gym.disturbances.DISTURBANCES` with "+" between them; none by default.
+    representation : str
+        Of actions and observations alike: a name of `clarke_gym.representations`.
+    action_representation, observation_representation : str, optional
+        One side only; `representation` where it is not given.
     control : str
         "increment" (an action of 1 moves a tendon at its speed limit) or "absolute" (an action
         of 1 asks for the largest displacement).
     control_dt : float
         Control period [s].
-    reward : str
-        "dense" (in [0, 1]) or "sparse" (0 on success, -1 otherwise).
-    success_tolerance : float
-        Tip error that counts as success, as a fraction of the robot's length.
-    random_start : bool
-        Start from a random shape; straight otherwise.
+    episode_steps : int, optional
+        Control periods after which an episode is truncated; the task's by default.
     goal_env : bool
         Observe a dictionary of ``observation``, ``achieved_goal`` and ``desired_goal``.
     render_width, render_height : int
         Size of a picture in pixels.
+    robot_options : dict
+        Keyword arguments of `clarke_gym.robots.make_robot`.
+    task_options : dict
+        Keyword arguments of the task.
+    physics_options : dict
+        Keyword arguments of the physics.
 
     Raises
     ------
@@ -67,70 +111,155 @@ class EnvConfig:
 
     Examples
     --------
-    >>> EnvConfig(n_tendons=7).make_robot().n_joints
+    >>> EnvConfig.from_keywords(n_tendons=7).make_robot().n_joints
     7
     """
 
     task: str = "reach"
-    robot: str = "default"
-    n_tendons: int | None = None
-    n_segments: int | None = None
-    segment_length_m: float | None = None
-    pitch_radius_m: float | None = None
-    max_bending_rad: float | None = None
-    material: str | None = None
+    robot: str | dict[str, Any] | Robot = "default"
     physics: str = "constant_curvature"
-    profile: str = "fast"
-    sim_dt_s: float | None = None
-    payload_kg: float = 0.0
-    threads: int | None = None
+    sensors: str | None = None
+    disturbances: str | None = None
+    representation: str = "raw"
+    action_representation: str | None = None
+    observation_representation: str | None = None
     control: str = "increment"
     control_dt: float = 0.05
-    reward: str = "dense"
-    success_tolerance: float = 0.02
-    random_start: bool = True
+    episode_steps: int | None = None
     goal_env: bool = False
     render_width: int = 480
     render_height: int = 480
+    robot_options: dict[str, Any] = field(default_factory=dict)
+    task_options: dict[str, Any] = field(default_factory=dict)
+    physics_options: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_choice("task", self.task, TASKS)
-        check_choice("physics", self.physics, PHYSICS)
+        _ = TASKS[self.task], PHYSICS[self.physics]
+        for name in self.sensor_names or ():
+            _ = SENSORS[name]
+        for name in names_in(self.disturbances):
+            known = DISTURBANCES[name]
+            if self.physics not in known.physics:
+                raise ValueError(
+                    f"disturbance {name!r} has no meaning with physics={self.physics!r}, "
+                    f"but with {list(known.physics)}"
+                )
         check_choice("control", self.control, CONTROLS)
-        if self.physics != "mujoco":
-            for name in MUJOCO_ONLY:
-                if getattr(self, name) != MUJOCO_ONLY[name]:
-                    raise ValueError(
-                        f"{name} needs physics='mujoco', got {name}={getattr(self, name)!r} with "
-                        f"physics={self.physics!r}"
-                    )
         check_positive("control_dt", self.control_dt)
+        if self.episode_steps is not None:
+            check_count("episode_steps", self.episode_steps)
         for name in ("render_width", "render_height"):
             check_count(name, getattr(self, name), 16, 4096)
-        for name in ("random_start", "goal_env"):
-            if not isinstance(getattr(self, name), bool):
-                raise TypeError(f"{name} must be true or false, got {getattr(self, name)!r}")
+        if not isinstance(self.goal_env, bool):
+            raise TypeError(f"goal_env must be true or false, got {self.goal_env!r}")
+        robot = self.make_robot()
+        for name in (self.of_actions, self.of_observations):
+            make_representation(name, robot)
+
+    @classmethod
+    def from_keywords(cls, **keywords: Any) -> EnvConfig:
+        """Return the configuration that keyword arguments of an environment describe.
+
+        Parameters
+        ----------
+        **keywords
+            Fields of this class, and the keyword arguments of the robot, the task and the physics.
+
+        Returns
+        -------
+        EnvConfig
+
+        Raises
+        ------
+        TypeError
+            If a keyword belongs to none of them; the message has the nearest name and its owner.
+        ValueError
+            If a keyword belongs to another task or physics.
+        """
+        options = ("robot_options", "task_options", "physics_options")
+        own = {f.name: keywords.pop(f.name) for f in fields(cls) if f.name in keywords}
+        task, physics = own.get("task", cls.task), own.get("physics", cls.physics)
+        owners = (
+            (options[0], keywords_of(make_robot)),
+            (options[1], keywords_of(TASKS[task])),
+            (options[2], physics_class(physics).KEYWORDS),
+        )
+        for name, known in owners:
+            found = {key: keywords.pop(key) for key in known if key in keywords}
+            own[name] = {**own.get(name, {}), **found}
+        if keywords:
+            _refuse(next(iter(keywords)), keywords, task, physics)
+        return cls(**own)
+
+    @property
+    def of_actions(self) -> str:
+        """The representation of actions."""
+        return self.action_representation or self.representation
+
+    @property
+    def of_observations(self) -> str:
+        """The representation of observations."""
+        return self.observation_representation or self.representation
+
+    @property
+    def sensor_names(self) -> tuple[str, ...] | None:
+        """Names of the sensors that are asked for; None for those that the task suggests."""
+        if self.sensors is None:
+            return None
+        rungs = (LADDER.get(name, (name,)) for name in names_in(self.sensors))
+        return tuple(dict.fromkeys(name for rung in rungs for name in rung))
 
     @property
     def render_fps(self) -> int:
         """Frames a second at which a recording runs in real time."""
         return max(1, math.floor(1.0 / self.control_dt + 0.5))
 
+    @property
+    def longest_episode(self) -> int:
+        """Steps after which an episode is truncated."""
+        return self.episode_steps or TASKS[self.task].max_episode_steps
+
     def make_robot(self) -> Robot:
         """Return the robot that these numbers describe."""
-        return make_robot(
-            self.robot,
-            n_tendons=self.n_tendons,
-            n_segments=self.n_segments,
-            segment_length_m=self.segment_length_m,
-            pitch_radius_m=self.pitch_radius_m,
-            max_bending_rad=self.max_bending_rad,
-            material=self.material,
+        return make_robot(self.robot, **self.robot_options)
+
+    def make_task(self, robot: Robot) -> Task:
+        """Return the task for a robot."""
+        return TASKS[self.task](robot, **self.task_options)
+
+
+def all_keywords() -> Iterator[tuple[str, str]]:
+    """Yield every keyword argument of environments, and which part owns it.
+
+    Returns
+    -------
+    iterator of (keyword, owner)
+
+    Examples
+    --------
+    >>> ("n_tendons", "the robot") in list(all_keywords())
+    True
+    """
+    for entry in fields(EnvConfig):
+        if not entry.name.endswith("_options"):
+            yield entry.name, "every environment"
+    for key in keywords_of(make_robot):
+        yield key, "the robot"
+    for name in TASKS.names():
+        for key in keywords_of(TASKS[name]):
+            yield key, f"task={name!r}"
+    for name in PHYSICS.names():
+        for key in physics_class(name).KEYWORDS:
+            yield key, f"physics={name!r}"
+
+
+def _refuse(key: str, keywords: dict[str, Any], task: str, physics: str) -> None:
+    """Say whose a keyword is, or which one was meant."""
+    owners = [owner for name, owner in all_keywords() if name == key]
+    here = f"with task={task!r} and physics={physics!r}"
+    if owners:
+        raise ValueError(
+            f"{key} needs {' or '.join(dict.fromkeys(owners))}, got {key}={keywords[key]!r} {here}"
         )
-
-
-MUJOCO_ONLY = {
-    name: EnvConfig.__dataclass_fields__[name].default
-    for name in ("profile", "sim_dt_s", "payload_kg", "threads")
-}
-"""Keywords that constant-curvature physics does not have, and the defaults they keep there."""
+    names = sorted({name for name, _ in all_keywords()})
+    raise TypeError(f"unknown keyword {key!r} {here}{nearest(key, names)}; there are {names}")

@@ -12,15 +12,13 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from clarke_gym.envs._shared import check_options, check_render_mode, goal_reward, render_rows
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
-from clarke_gym.envs.env import ContinuumRobotEnv
-from clarke_gym.envs.limits import Reading
+from clarke_gym.envs.face import Face, check_options
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.checks import check_choice, check_count
-from clarke_gym.robots import Robot
-from clarke_gym.tasks.base import Task
+from clarke_gym.numerics.batch import Many
+from clarke_gym.numerics.checks import check_count
+from clarke_gym.numerics.registry import nearest
 
 BoolArray = NDArray[np.bool_]
 
@@ -29,10 +27,22 @@ AUTORESET_MODES = {
     "same_step": AutoresetMode.SAME_STEP,
     "disabled": AutoresetMode.DISABLED,
 }
+"""Gymnasium's modes by the names that keyword arguments may have."""
 
 
-class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
-    """A batch of tendon-driven continuum robots in raw joint space.
+def _autoreset(mode: str | AutoresetMode) -> AutoresetMode:
+    if isinstance(mode, AutoresetMode):
+        return mode
+    if mode not in AUTORESET_MODES:
+        raise ValueError(
+            f"autoreset_mode must be one of {list(AUTORESET_MODES)} or Gymnasium's AutoresetMode, "
+            f"got {mode!r}{nearest(mode, AUTORESET_MODES)}"
+        )
+    return AUTORESET_MODES[mode]
+
+
+class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
+    """A batch of tendon-driven continuum robots.
 
     Sub-environment i owns its generator (seed + i) and equals the scalar environment of that seed
     bit for bit.
@@ -42,9 +52,7 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     config : EnvConfig
     num_envs : int
         Batch size B, at least 1.
-    max_episode_steps : int, optional
-        Steps after which an episode is truncated; no limit by default.
-    autoreset_mode : {"next_step", "same_step", "disabled"}
+    autoreset_mode : {"next_step", "same_step", "disabled"} or AutoresetMode
         When an ended episode starts again; "disabled" leaves it to
         ``reset(options={"reset_mask": ...})``.
     render_mode : str, optional
@@ -59,41 +67,20 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self,
         config: EnvConfig,
         num_envs: int,
-        max_episode_steps: int | None = None,
-        autoreset_mode: str = "next_step",
+        autoreset_mode: str | AutoresetMode = "next_step",
         render_mode: str | None = None,
     ) -> None:
-        for name, value in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
-            if value is not None:
-                check_count(name, value)
-        check_choice("autoreset_mode", autoreset_mode, tuple(AUTORESET_MODES))
-        self.autoreset_mode = AUTORESET_MODES[autoreset_mode]
-        self.metadata = {
-            **ContinuumRobotEnv.metadata,
-            "render_fps": config.render_fps,
-            "autoreset_mode": self.autoreset_mode,
-        }
-        check_render_mode(render_mode, self.metadata["render_modes"])
-        self.render_mode = render_mode
-        self.num_envs = num_envs
-        self.max_episode_steps = max_episode_steps
-        self.core = EnvCore(config, num_envs)
-        self.single_action_space = self.core.reader.space
+        self.num_envs = check_count("num_envs", num_envs)
+        self.autoreset_mode = _autoreset(autoreset_mode)
+        self._core = EnvCore(config, Many(num_envs))
+        self._choose_rendering(render_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}  # type: ignore[misc]
+        self.single_action_space = self._core.action_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self.single_observation_space = self.core.observation_space()
+        self.single_observation_space = self._core.observation_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._done = np.zeros(num_envs, dtype=bool)
         self._all = np.arange(num_envs)
-
-    @property
-    def robot(self) -> Robot:
-        """The robot's description."""
-        return self.core.robot
-
-    @property
-    def task(self) -> Task:
-        """What is asked of the robot."""
-        return self.core.task
 
     def reset(
         self,
@@ -123,24 +110,25 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         options = dict(options or {})
         mask = self._check_mask(options.pop("reset_mask", None))
         rows = self._all[mask]
-        if len(rows) < self.num_envs and not self.core.begun:
+        core = self._core
+        if len(rows) < self.num_envs and not core.episode.begun:
             raise ResetNeeded("the first reset must be of all environments, without 'reset_mask'")
-        for index, value in zip(rows, self._check_seed(seed)[mask], strict=True):
-            if value is not None:
-                self.core.streams.seed(int(index), int(value))
-        self.core.reset(rows, check_options(options, self.core.task.goal_size, len(rows)))
+        for index, value in zip(rows.tolist(), self._check_seed(seed)[mask], strict=True):
+            if value is not None or core.episode.generators[index] is None:
+                core.episode.seed(index, value)
+        core.reset(rows, check_options(options, core.task.goal, len(rows)))
         self._done[rows] = False
-        _, info = self.core.reward()
-        return self.core.observe(), self._masked(info, mask)
+        _, _, info = core.evaluate()
+        return core.observe(), self._masked(info, mask)
 
     def step(
-        self, actions: ArrayLike | Reading
+        self, actions: ArrayLike
     ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Advance all environments by one control period under joint-space actions.
+        """Advance all environments by one control period.
 
         Parameters
         ----------
-        actions : array_like, shape (B, N)
+        actions : array_like, shape (B, K)
             As in the scalar environment.
 
         Returns
@@ -156,61 +144,57 @@ class ContinuumRobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         gymnasium.error.ResetNeeded
             Before the first reset.
         """
-        reading = actions if isinstance(actions, Reading) else self.core.reader.read(actions)
-        ended = self._done
+        core, ended = self._core, self._done
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
             raise RuntimeError(
                 f"environments {self._all[ended].tolist()} have ended; reset them with "
                 "options={'reset_mask': ...} before the next step"
             )
-        self.core.step(reading)
+        core.step(actions)
         restart = (
             self._all[ended] if self.autoreset_mode is AutoresetMode.NEXT_STEP else self._all[:0]
         )
         if len(restart):
-            self.core.reset(restart)
-        reward, info = self.core.reward()
-        terminated = info["diverged"]
-        truncated = np.zeros(self.num_envs, dtype=bool)
-        if self.max_episode_steps is not None:
-            truncated = self.core.steps >= self.max_episode_steps
+            core.reset(restart)
+        outcome, terminated, info = core.evaluate()
+        reward, truncated = outcome.reward, core.episode.truncated
         if len(restart):
             reward[restart] = 0.0
         infos = self._masked(info, None)
         self._done = terminated | truncated
-        observation = self.core.observe()
+        observation = core.observe()
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._done.any():
             rows = self._all[self._done]
             infos["final_obs"] = self._final_observation(observation, rows)
             infos["final_info"] = self._masked(info, self._done)
             infos["_final_obs"] = infos["_final_info"] = self._done
-            self.core.reset(rows)
+            core.reset(rows)
             self._done = np.zeros(self.num_envs, dtype=bool)
-            infos.update(self._masked(self.core.reward()[1], None))
-            observation = self.core.observe()
+            infos.update(self._masked(core.evaluate()[2], None))
+            observation = core.observe()
         return observation, reward, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...] | None:
         """Return one picture an environment, as Gymnasium's recorders tile them."""
-        return render_rows(self.core, self.render_mode, range(self.num_envs)) or None
+        return self._frames(range(self.num_envs)) or None
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free what pictures hold."""
         del kwargs
-        self.core.close()
+        self._core.close()
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
         """Return the reward of goals as observed; any leading shape (for hindsight replay)."""
         del info  # the reward depends on the goals alone
-        return goal_reward(self.core, achieved_goal, desired_goal)
+        return self._core.goal_reward(achieved_goal, desired_goal)
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""
-        return {**self.core.state(), "done": self._done.copy()}
+        return {**super().state(), "done": self._done.copy()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Return to a state of `state()`, bit for bit."""
-        self.core.restore(state)
+        super().restore(state)
         self._done = state["done"].copy()
 
     def _final_observation(self, batch: Any, rows: NDArray[np.intp]) -> NDArray[Any]:

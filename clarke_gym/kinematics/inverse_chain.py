@@ -14,6 +14,7 @@ from clarke_gym.kinematics.jacobians import tip_jacobian
 from clarke_gym.kinematics.poses import forward
 from clarke_gym.kinematics.quaternions import quaternion_multiply
 from clarke_gym.numerics.arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
+from clarke_gym.numerics.batch import shortened
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _FIRST_DAMPING = 1e-2
@@ -39,10 +40,8 @@ def saturate_bending(bending: FloatArray, max_bending: Array) -> FloatArray:
     >>> saturate_bending(np.array([[3.0, 4.0]]), 1.0)
     array([[0.6, 0.8]])
     """
-    size = np.hypot(bending[..., 0], bending[..., 1])
-    limit = np.broadcast_to(np.asarray(max_bending, np.float64), size.shape)
-    scale = limit / np.maximum(size, limit)
-    result: FloatArray = bending * scale[..., None]
+    limit = np.broadcast_to(np.asarray(max_bending, np.float64), bending.shape[:-1])
+    result: FloatArray = np.stack(shortened(bending[..., 0], bending[..., 1], limit), -1)
     return result
 
 

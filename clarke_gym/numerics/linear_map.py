@@ -7,6 +7,7 @@ fixed shape make a row of a batch equal the same row computed alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import add, mul, sub
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,61 @@ class LinearMap:
             columns[k, :count] = part
         blocks = columns.reshape(len(parts), -1, ROW_BLOCK).transpose(1, 2, 0) @ self.matrix
         return blocks.reshape(-1, self.matrix.shape[1])[:count]
+
+
+class AffineMap:
+    """Components times a matrix, and added to an offset.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (k, m)
+    offset : ndarray, shape (m,)
+
+    Examples
+    --------
+    >>> AffineMap(-np.eye(2), np.ones(2)).of_components([0.25, 0.5])
+    [0.75, 0.5]
+    """
+
+    def __init__(self, matrix: FloatArray, offset: FloatArray) -> None:
+        self._map, self._offset = LinearMap(matrix, columns=True), offset
+        self._offsets: list[float] = offset.tolist()
+        self._mirrors = bool(len(matrix) == len(offset) and (matrix == -np.eye(len(matrix))).all())
+
+    def of_components(self, parts: Sequence[Number]) -> Any:
+        """Return a list of floats for one robot, or an array (B, m)."""
+        if not isinstance(parts[0], float):
+            return self._map.of_columns(parts) + self._offset
+        if self._mirrors:  # the product below, to the bit
+            return list(map(sub, self._offsets, parts))
+        return list(map(add, self._map.of_numbers(parts).tolist(), self._offsets))
+
+
+class DiagonalMap:
+    """Components times a factor each: what a `LinearMap` with a diagonal matrix does, for less.
+
+    Parameters
+    ----------
+    factors : list of float
+
+    Examples
+    --------
+    >>> out = np.empty((1, 2), np.float32)
+    >>> DiagonalMap([2.0, 3.0]).into([1.0, 1.0], out)
+    >>> out
+    array([[2., 3.]], dtype=float32)
+    """
+
+    def __init__(self, factors: list[float]) -> None:
+        self._factors = factors
+
+    def into(self, parts: Sequence[Number], out: NDArray[Any]) -> None:
+        """Write the products of components into the columns of `out`, shape (B, k)."""
+        if isinstance(parts[0], float):
+            out[0] = list(map(mul, parts, self._factors))
+            return
+        for k, (part, factor) in enumerate(zip(parts, self._factors, strict=True)):
+            out[:, k] = part * factor
 
 
 def block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:

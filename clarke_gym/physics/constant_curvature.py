@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.numerics.batch import Batch, as_batch
+from clarke_gym.physics.base import RobotState
 from clarke_gym.physics.drives import Drives
-from clarke_gym.robots.robot import Robot
+from clarke_gym.robots import Robot
+from clarke_gym.robots.joint_vector import JointVector
+from clarke_gym.robots.scene import EMPTY, Scene
 
 
 class ConstantCurvature:
@@ -24,36 +27,36 @@ class ConstantCurvature:
     Parameters
     ----------
     robot : Robot
-    num_envs : int
-        Batch size B.
+    batch : Batch or int
+        One robot or many; a number stands for that many.
     control_dt : float
         Control period T [s].
-    scalar : bool
-        Compute with Python floats: faster for a batch of one, with the same bits.
+    scene : Scene, optional
+        Bodies around the robot. Nothing bends the shape here: they tell by clearance alone.
 
     Examples
     --------
     >>> physics = ConstantCurvature(Robot(), 1, 0.05)
     >>> physics.reset(np.array([0]), np.zeros((1, 1, 2)))
     >>> physics.step(JointVector.from_clarke(np.array([[[0.001, 0.0]]])))
-    >>> float(physics.state.displacement.clarke[0, 0, 0].round(6))  # 1 - 1/e of the command
+    >>> float(physics.state.displacement_vector.clarke[0, 0, 0].round(6))  # 1 - 1/e of the command
     0.000632
     """
+
+    KEYWORDS: ClassVar[tuple[str, ...]] = ()
+    OFFERS: ClassVar[tuple[str, ...]] = ()
 
     displacement_bound = 1.0
 
     def __init__(
-        self, robot: Robot, num_envs: int, control_dt: float, scalar: bool = False
+        self, robot: Robot, batch: Batch | int, control_dt: float, scene: Scene = EMPTY
     ) -> None:
-        self.robot = robot
-        self.num_envs = num_envs
+        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
         self._drives = Drives(robot, control_dt)
-        self._scalar = scalar
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()
-        start = np.zeros((num_envs, robot.n_segments, 2))
-        self._displacement = JointVector.from_clarke(start, scalar=scalar)
-        self._never = np.zeros(num_envs, dtype=bool)
+        self._displacement = JointVector(self.batch.zeros(2 * robot.n_segments))
+        self._never = np.zeros(self.batch.size, dtype=bool)
         self._state: RobotState | None = None
 
     @property
@@ -62,7 +65,7 @@ class ConstantCurvature:
         if self._state is None:
             bends = kinematics.decoupled(self._displacement.parts, self._radii)
             position, quaternion = kinematics.chain_poses(bends, self._lengths)[-1]
-            self._state = RobotState(self._displacement, position, quaternion, self._never)
+            self._state = RobotState(self, self._displacement, position, quaternion, self._never)
         return self._state
 
     def rest(self, clarke: FloatArray) -> FloatArray:
@@ -74,7 +77,7 @@ class ConstantCurvature:
     ) -> None:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
         del rest
-        self._displacement = self._displacement.with_rows(rows, clarke)
+        self._displacement = self._displacement.with_rows(self.batch, rows, clarke)
         self._state = None
 
     def step(self, command: JointVector) -> None:
@@ -94,5 +97,5 @@ class ConstantCurvature:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        self._displacement = JointVector.from_state(state, self._scalar)
+        self._displacement = JointVector.from_state(self.batch, state)
         self._state = None

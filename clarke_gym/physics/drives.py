@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from clarke_gym.numerics.arrays import FloatArray, Number
-from clarke_gym.physics.base import Joints, JointVector, shortened
-from clarke_gym.robots.robot import Robot
+from clarke_gym.numerics.arrays import Number
+from clarke_gym.numerics.batch import added, difference, shortened, times
+from clarke_gym.robots import Robot
+from clarke_gym.robots.joint_vector import JointVector
 
 
 class Drives:
@@ -65,19 +65,7 @@ class Drives:
             if reach != math.inf:
                 u, v = shortened(u, v, reach)
             parts += x + u, y + v
-        if held.off_manifold is None and command.off_manifold is None:
-            return JointVector(parts)
-        return JointVector(parts, _approached(held.off_manifold, command.off_manifold, gain))
-
-
-def _approached(held: Any, target: Any, gain: float) -> Joints:
-    """Return off-manifold numbers that close a share of the gap to a target; one may be None."""
-    if isinstance(held, list) or isinstance(target, list):
-        zero = [0.0] * len(held or target)
-        pairs = zip(held or zero, target or zero, strict=True)
-        return [a + gain * (b - a) for a, b in pairs]
-    held, target = (0.0 if part is None else part for part in (held, target))
-    result: FloatArray = np.asarray(target - held)
-    result *= gain
-    result += held
-    return result
+        off, target = held.off_manifold, command.off_manifold
+        if off is not None or target is not None:
+            off = added(times(difference(target, off), gain), off)
+        return JointVector(parts, off)

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.rendering.room import make_context, make_model, room
 from clarke_gym.robots.robot import Robot
+from clarke_gym.robots.scene import EMPTY, Scene
 
 Image = NDArray[np.uint8]
 
 BACKBONE = (0.25, 0.27, 0.30, 1.0)
 DISK = (0.72, 0.75, 0.80, 1.0)
+BODY = (0.55, 0.60, 0.45, 1.0)
 GOAL = (0.90, 0.35, 0.05, 1.0)
 REACHED = (0.10, 0.65, 0.30, 1.0)
 SLACK = np.array([0.20, 0.45, 0.85, 1.0])
@@ -82,6 +84,8 @@ class Picture:
     robot : Robot
     width, height : int
         Size of the image in pixels.
+    scene : Scene
+        Bodies around the robot.
 
     Raises
     ------
@@ -89,8 +93,10 @@ class Picture:
         If the machine has no off-screen OpenGL; the message names what to install.
     """
 
-    def __init__(self, robot: Robot, width: int = 480, height: int = 480) -> None:
-        self._robot = robot
+    def __init__(
+        self, robot: Robot, width: int = 480, height: int = 480, scene: Scene = EMPTY
+    ) -> None:
+        self._robot, self._bodies = robot, scene.bodies
         # A context belongs to a thread; in the caller's, that of a window may be current.
         self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
         self._open, self._process = True, os.getpid()
@@ -103,7 +109,9 @@ class Picture:
         self._model = make_model(width, height, length, self._floor)
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
-        self._scene = mujoco.MjvScene(self._model, maxgeom=_most_shapes(self._robot))
+        self._scene = mujoco.MjvScene(
+            self._model, maxgeom=_most_shapes(self._robot) + len(self._bodies)
+        )
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._render = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
@@ -119,7 +127,7 @@ class Picture:
         backbone: FloatArray,
         points: int,
         load: FloatArray,
-        goal: Sequence[float] | None = None,
+        goal: Sequence[float] | FloatArray | None = None,
         success: bool = False,
     ) -> tuple[Image, NDArray[np.float32]]:
         """Return the picture and its depth.
@@ -159,7 +167,7 @@ class Picture:
         backbone: FloatArray,
         points: int,
         load: FloatArray,
-        goal: Sequence[float] | None,
+        goal: Sequence[float] | FloatArray | None,
         success: bool,
     ) -> tuple[Image, NDArray[np.float32]]:
         self._context.make_current()
@@ -173,6 +181,12 @@ class Picture:
             self._scene,
         )
         self._draw_robot(backbone, points, np.clip(load, 0.0, 1.0))
+        for body in self._bodies:
+            start, end = np.array(body.start_m), np.array(body.end_m)
+            if (start == end).all():
+                self._sphere(start, body.radius_m, BODY)
+            else:
+                self._link(_CAPSULE, body.radius_m, start, end, BODY)
         if goal is not None:
             self._sphere(goal, 0.03 * self._robot.length_m, REACHED if success else GOAL)
         mujoco.mjr_render(self._rect, self._scene, self._render)
@@ -234,7 +248,7 @@ class Picture:
         mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), colour)
         mujoco.mjv_connector(geom, kind, width, a, b)
 
-    def _sphere(self, centre: Sequence[float], radius: float, rgba: Any) -> None:
+    def _sphere(self, centre: Sequence[float] | FloatArray, radius: float, rgba: Any) -> None:
         mujoco.mjv_initGeom(
             self._next(),
             _SPHERE,

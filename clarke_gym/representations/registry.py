@@ -34,8 +34,9 @@ from numpy.typing import NDArray
 
 from clarke_gym.clarke.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.checks import check_choice, check_last_axis
+from clarke_gym.numerics.checks import check_last_axis
 from clarke_gym.numerics.linear_map import block_diagonal, map_rows
+from clarke_gym.numerics.registry import Registry
 from clarke_gym.robots.robot import Robot, Segment
 
 ROTATION_RAD = 0.7
@@ -44,60 +45,60 @@ ROTATION_RAD = 0.7
 RANDOM_BASIS_CONDITION = 10.0
 """Condition number of ``random_basis``."""
 
-_LinearMaps = tuple[NDArray[Any], NDArray[Any]]
+LinearMaps = tuple[NDArray[Any], NDArray[Any]]
 
 
-def _raw(segment: Segment) -> _LinearMaps:
+def _raw(segment: Segment) -> LinearMaps:
     identity = np.eye(segment.n_tendons)
     return identity, identity
 
 
-def _raw_scaled(segment: Segment) -> _LinearMaps:
+def _raw_scaled(segment: Segment) -> LinearMaps:
     gain = math.sqrt(segment.n_tendons / 2.0)
     identity = np.eye(segment.n_tendons)
     return gain * identity, identity / gain
 
 
-def _projected(segment: Segment) -> _LinearMaps:
+def _projected(segment: Segment) -> LinearMaps:
     encoder, decoder = segment.matrices
     return decoder @ encoder, decoder @ encoder
 
 
-def _clarke(segment: Segment) -> _LinearMaps:
+def _clarke(segment: Segment) -> LinearMaps:
     encoder, decoder = segment.matrices
     return decoder, encoder
 
 
-def _on_manifold(segment: Segment, basis: NDArray[Any]) -> _LinearMaps:
+def _on_manifold(segment: Segment, basis: NDArray[Any]) -> LinearMaps:
     """Coordinates z with rho_bar = basis @ z."""
     encoder, decoder = segment.matrices
     return decoder @ basis, np.linalg.solve(basis, encoder)
 
 
-def _rotated(segment: Segment) -> _LinearMaps:
+def _rotated(segment: Segment) -> LinearMaps:
     c, s = math.cos(ROTATION_RAD), math.sin(ROTATION_RAD)
     return _on_manifold(segment, np.array([[c, -s], [s, c]]))
 
 
-def _two_tendon(segment: Segment) -> _LinearMaps:
+def _two_tendon(segment: Segment) -> LinearMaps:
     decoder = segment.matrices[1]
     sines = np.abs(np.sin(segment.angles - segment.angles[0]))
     second = int(np.argmax(sines.round(12)))  # the first of equals, whatever the rounding
     return _on_manifold(segment, np.linalg.inv(decoder[[0, second]]))
 
 
-def _random_basis(segment: Segment) -> _LinearMaps:
+def _random_basis(segment: Segment) -> LinearMaps:
     left, right = (np.linalg.qr(m)[0] for m in np.random.default_rng(7).normal(size=(2, 2, 2)))
     root = math.sqrt(RANDOM_BASIS_CONDITION)
     return _on_manifold(segment, left @ np.diag([root, 1.0 / root]) @ right)
 
 
-def _clarke_common(segment: Segment) -> _LinearMaps:
+def _clarke_common(segment: Segment) -> LinearMaps:
     decoder = np.column_stack([segment.matrices[1], np.ones(segment.n_tendons)])
     return decoder, np.linalg.pinv(decoder)
 
 
-def _antagonistic(segment: Segment) -> _LinearMaps:
+def _antagonistic(segment: Segment) -> LinearMaps:
     if segment.n_tendons != 4:
         raise ValueError(
             f"representation 'antagonistic' needs n_tendons=4 (two opposite pairs), "
@@ -107,22 +108,30 @@ def _antagonistic(segment: Segment) -> _LinearMaps:
     return pairs, 0.5 * pairs.T
 
 
-def _published(parametrisation: Parametrisation) -> Callable[[Segment], _LinearMaps]:
+def _published(parametrisation: Parametrisation) -> Callable[[Segment], LinearMaps]:
     return lambda segment: _on_manifold(segment, parametrisation.matrix.T)
 
 
-_LINEAR: dict[str, Callable[[Segment], _LinearMaps]] = {
-    "raw": _raw,
-    "raw_scaled": _raw_scaled,
-    "projected": _projected,
-    "clarke": _clarke,
-    "rotated": _rotated,
-    "two_tendon": _two_tendon,
-    "random_basis": _random_basis,
-    "clarke_common": _clarke_common,
-    "antagonistic": _antagonistic,
-    **{name: _published(entry) for name, entry in PARAMETRISATIONS.items()},
-}
+REPRESENTATIONS: Registry[Callable[[Segment], LinearMaps]] = Registry("representation")
+"""Functions of a segment that return (decoder (n, k), encoder (k, n)), by name."""
+
+for _name, _maps in (
+    ("raw", _raw),
+    ("raw_scaled", _raw_scaled),
+    ("projected", _projected),
+    ("clarke", _clarke),
+    ("rotated", _rotated),
+    ("two_tendon", _two_tendon),
+    ("random_basis", _random_basis),
+    ("clarke_common", _clarke_common),
+    ("antagonistic", _antagonistic),
+    *((name, _published(entry)) for name, entry in PARAMETRISATIONS.items()),
+    ("arc_polar", _clarke),
+):
+    REPRESENTATIONS.register(_name, _maps)
+
+POLAR = ("arc_polar",)
+"""Representations whose pairs are shown as (magnitude, angle)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +159,37 @@ class Representation:
     def size(self) -> int:
         """Number of coordinates K of the whole robot."""
         return self.encoder.shape[0]
+
+    def labels(self, robot: Robot) -> tuple[str, ...]:
+        """Return a name for each coordinate: "1.2" is the second one of the first segment.
+
+        Parameters
+        ----------
+        robot : Robot
+            The robot that the representation was made for.
+
+        Returns
+        -------
+        tuple of str
+        """
+        counts = self.counts(robot)
+        return tuple(f"{s + 1}.{i + 1}" for s, count in enumerate(counts) for i in range(count))
+
+    def counts(self, robot: Robot) -> list[int]:
+        """Return how many coordinates each segment of a robot has.
+
+        Parameters
+        ----------
+        robot : Robot
+            The robot that the representation was made for.
+
+        Returns
+        -------
+        list of int
+        """
+        first = (self.encoder != 0.0).argmax(axis=1)  # a tendon that the coordinate sees
+        owners = np.searchsorted(np.cumsum(robot.n_tendons), first, side="right")
+        return np.bincount(owners, minlength=robot.n_segments).tolist()
 
     @property
     def n_joints(self) -> int:
@@ -279,7 +319,7 @@ def representation_names() -> list[str]:
     >>> representation_names()[:3]
     ['raw', 'raw_scaled', 'projected']
     """
-    return [*_LINEAR, "arc_polar"]
+    return REPRESENTATIONS.names()
 
 
 def make_representation(name: str, robot: Robot) -> Representation:
@@ -306,8 +346,48 @@ def make_representation(name: str, robot: Robot) -> Representation:
     >>> clarke.decode(np.array([1.0, 0.0])).round(3)
     array([ 1. , -0.5, -0.5])
     """
-    check_choice("representation", name, representation_names())
-    polar = name == "arc_polar"
-    maps = [_LINEAR["clarke" if polar else name](segment) for segment in robot.segments]
+    maps = [_checked(name, segment) for segment in robot.segments]
     decoder, encoder = (block_diagonal([pair[i] for pair in maps]) for i in (0, 1))
-    return Representation(name, decoder, encoder, polar)
+    return Representation(name, decoder, encoder, name in POLAR)
+
+
+def _checked(name: str, segment: Segment) -> LinearMaps:
+    """Return the maps of a segment, once they are what the registry says."""
+    decoder, encoder = (np.asarray(m, np.float64) for m in REPRESENTATIONS[name](segment))
+    n = segment.n_tendons
+    if decoder.ndim != 2 or decoder.shape[0] != n or encoder.shape != decoder.shape[::-1]:
+        raise ValueError(
+            f"representation {name!r} must return (decoder, encoder) of the shapes ({n}, k) and "
+            f"(k, {n}) for a segment of {n} tendons, got {decoder.shape} and {encoder.shape}"
+        )
+    if not (np.isfinite(decoder).all() and np.isfinite(encoder).all()):
+        raise ValueError(f"representation {name!r} returned numbers that are not finite")
+    if np.linalg.matrix_rank(encoder @ segment.matrices[1]) < 2:
+        raise ValueError(f"representation {name!r} does not see both directions of bending")
+    return decoder, encoder
+
+
+def register_representation(name: str, maps: Callable[[Segment], LinearMaps]) -> None:
+    """Make a representation available as ``representation=name``.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and "_".
+    maps : callable
+        Takes a `clarke_gym.robots.Segment` with n tendons and returns the linear maps
+        (decoder (n, k), encoder (k, n)) between k coordinates and joint space.
+
+    Raises
+    ------
+    ValueError
+        If the name is taken.
+
+    Examples
+    --------
+    >>> def doubled(segment):
+    ...     encoder, decoder = segment.matrices
+    ...     return decoder / 2.0, 2.0 * encoder
+    >>> register_representation("doubled_doctest", doubled)
+    """
+    REPRESENTATIONS.register(name, maps)

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from clarke_gym.clarke.transform import joint_angles
 from clarke_gym.numerics.checks import check_choice, check_count, check_tendon_count
+from clarke_gym.numerics.registry import Registry
+from clarke_gym.robots.description import robot_from_dict, robot_from_yaml
 from clarke_gym.robots.materials import MATERIALS
 from clarke_gym.robots.robot import Robot, Segment
 
@@ -95,6 +101,12 @@ PRESETS: dict[str, Robot] = {
 }
 """Robots with real dimensions by name; "default" is one segment of the two-segment benchmark."""
 
+ROBOTS: Registry[Robot] = Registry("robot")
+"""Robots by name: the presets, and those of `register_robot`."""
+
+for _name, _robot in PRESETS.items():
+    ROBOTS.register(_name, _robot)
+
 HOLDING_LENGTH_M = 0.4
 """Length that the segments of a robot made by `n_segments` share, if the preset is not longer.
 
@@ -105,7 +117,7 @@ axis and swing for seconds; with `segment_length_m` they can be had.
 
 
 def make_robot(
-    robot: str | Robot = "default",
+    robot: str | Mapping[str, Any] | Robot = "default",
     *,
     n_tendons: int | None = None,
     n_segments: int | None = None,
@@ -118,10 +130,12 @@ def make_robot(
 
     Parameters
     ----------
-    robot : str or Robot
-        A name of `PRESETS`, or a robot.
+    robot : str, mapping or Robot
+        A name of `ROBOTS`, the path of a YAML file (ending in .yaml or .yml), what such a file
+        holds, or a robot.
     n_tendons : int, optional
-        Tendons of every segment, spaced symmetrically from the first tendon's angle.
+        Tendons of every segment, spaced symmetrically from the first tendon's angle. Refused where
+        the robot's tendons are not: their places would be lost.
     n_segments : int, optional
         Number of segments; allowed where all segments of `robot` are alike. They are as long as
         those of `robot`, but without `segment_length_m` they share `HOLDING_LENGTH_M` if they would
@@ -147,10 +161,7 @@ def make_robot(
     >>> make_robot(n_segments=4).lengths.tolist(), make_robot("two_segment").length_m
     ([0.1, 0.1, 0.1, 0.1], 0.4)
     """
-    if isinstance(robot, str):
-        robot = PRESETS[check_choice("robot", robot, sorted(PRESETS))]
-    elif not isinstance(robot, Robot):
-        raise TypeError(f"robot must be a preset's name or a Robot, got {robot!r}")
+    robot = _described(robot)
     segments = robot.segments
     if n_segments is not None:
         check_count("n_segments", n_segments)
@@ -170,7 +181,9 @@ def make_robot(
         given["tendon_radii_m"] = None
     if material is not None:
         given.update(asdict(MATERIALS[check_choice("material", material, sorted(MATERIALS))]))
-    segments = tuple(replace(_with_tendons(segment, n_tendons), **given) for segment in segments)
+    segments = tuple(
+        replace(_with_tendons(segment, n_tendons, robot.name), **given) for segment in segments
+    )
     return replace(robot, segments=segments)
 
 
@@ -182,11 +195,63 @@ def _shortened(segment: Segment, longest: float) -> Segment:
     return replace(segment, length_m=longest, pretension_n=tension)
 
 
-def _with_tendons(segment: Segment, n_tendons: int | None) -> Segment:
+def _with_tendons(segment: Segment, n_tendons: int | None, name: str) -> Segment:
     if n_tendons is None:
         return segment
     check_tendon_count(n_tendons, "n_tendons")
+    if n_tendons == segment.n_tendons:
+        return segment
+    turned = segment.angles - segment.angles[0] - joint_angles(segment.n_tendons)
+    even = np.allclose(np.exp(1j * turned), 1.0, rtol=0.0, atol=1e-9)
+    mirrored = segment.angles[0] - segment.angles - joint_angles(segment.n_tendons)
+    even = even or np.allclose(np.exp(1j * mirrored), 1.0, rtol=0.0, atol=1e-9)
+    if segment.tendon_radii_m is not None or not even:
+        raise ValueError(
+            f"n_tendons={n_tendons} would lose where the tendons of robot {name!r} are: they are "
+            "not spaced evenly, or have radii of their own"
+        )
     angles = None
     if segment.tendon_angles_rad is not None:
         angles = tuple(float(segment.angles[0] + psi) for psi in joint_angles(n_tendons))
-    return replace(segment, n_tendons=n_tendons, tendon_angles_rad=angles, tendon_radii_m=None)
+    return replace(segment, n_tendons=n_tendons, tendon_angles_rad=angles)
+
+
+def _described(robot: Any) -> Robot:
+    """Return the robot that a name, a file or plain data stand for."""
+    if isinstance(robot, Robot):
+        return robot
+    if isinstance(robot, Mapping):
+        return robot_from_dict(robot)
+    if isinstance(robot, str) and robot.endswith((".yaml", ".yml")):
+        return robot_from_yaml(robot)
+    if not isinstance(robot, str):
+        raise TypeError(
+            f"robot must be a name, the path of a YAML file, what it holds, or a Robot, got "
+            f"{robot!r}"
+        )
+    return ROBOTS[robot]
+
+
+def register_robot(name: str, robot: str | Path | Mapping[str, Any] | Robot) -> None:
+    """Make a robot available as ``robot=name``.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and "_".
+    robot : Robot, mapping, str or Path
+        The robot, its plain data, or the path of its YAML file.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is taken, or the robot impossible.
+
+    Examples
+    --------
+    >>> register_robot("stubby_doctest", {"segments": [{"length_m": 0.05, "n_disks": 4}]})
+    >>> make_robot("stubby_doctest").length_m
+    0.05
+    """
+    found = robot_from_yaml(robot) if isinstance(robot, Path) else _described(robot)
+    ROBOTS.register(name, replace(found, name=name))

@@ -1,17 +1,22 @@
-"""The protocol that every task fulfils."""
+"""What a task is: it begins episodes, and evaluates what robots do."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.numerics.arrays import FloatArray, Number
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.registry import Registry
 from clarke_gym.physics.base import RobotState
+from clarke_gym.robots.robot import Robot
+from clarke_gym.robots.scene import EMPTY, Scene
 
+BoolArray = NDArray[np.bool_]
 Float32Array = NDArray[np.float32]
 
 
@@ -37,33 +42,183 @@ class Metric:
     worst: float
 
 
-class Task(Protocol):
-    """What is asked of a batch of robots.
+@dataclass(frozen=True)
+class Goal:
+    """The numbers that say what is to be reached.
 
-    A task reads `RobotState` and works in numbers scaled by the robot's length; it knows neither
-    the physics nor the representation.
+    Parameters
+    ----------
+    labels : tuple of str
+        A name for each number.
+    unit : str
+        Of all of them.
+    scale : float
+        What they are divided by where policies see them.
+    bound : float
+        Largest magnitude of a number that policies see.
+
+    Examples
+    --------
+    >>> goal = Goal(("x", "y", "z"), "m", scale=0.2)
+    >>> goal.observed(np.array([[0.1, 0.0, 0.1]]))
+    array([[0.5, 0. , 0.5]], dtype=float32)
     """
 
-    observation_size: int
-    goal_size: int
-    n_uniforms: int
-    """Random numbers that one episode needs."""
-    metrics: tuple[Metric, ...]
+    labels: tuple[str, ...]
+    unit: str
+    scale: float
+    bound: float = 1.0
+
+    @property
+    def size(self) -> int:
+        """How many numbers."""
+        return len(self.labels)
+
+    def observed(self, goal: FloatArray) -> Float32Array:
+        """Return goals in SI units (B, size) as policies see them."""
+        return (goal / self.scale).astype(np.float32)
+
+    def meant(self, observed: Float32Array) -> FloatArray:
+        """Return what observed goals say, in SI units."""
+        meant: FloatArray = observed * np.float64(self.scale)
+        return meant
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What a task says of B robots.
+
+    Parameters
+    ----------
+    reward : ndarray, shape (B,)
+    success : ndarray of bool, shape (B,)
+    metrics : mapping of str to ndarray, shape (B,)
+        The numbers that `Task.metrics` declares.
+    terms : mapping of str to ndarray, shape (B,)
+        What the reward is the sum of, for `info`.
+    failure : ndarray of bool, shape (B,), optional
+        Where an episode ends because it cannot go on.
+    """
+
+    reward: FloatArray
+    success: BoolArray
+    metrics: Mapping[str, FloatArray] = field(default_factory=dict)
+    terms: Mapping[str, FloatArray] = field(default_factory=dict)
+    failure: BoolArray | None = None
+
+
+class Task(ABC):
+    """What is asked of a batch of robots.
+
+    A task sees plain arrays with a row for each robot, in SI units; it knows neither the physics
+    nor the representation. The keyword-only arguments of its constructor are keyword arguments of
+    its environments.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Notes
+    -----
+    An episode is drawn as a row of numbers (`draw`, as the task likes: rejection, curricula), which
+    `begin` turns into a start and what `advance` makes goals of. A row depends on its environment's
+    generator alone, so environment i of a batch equals the scalar one of its seed.
+    """
+
+    sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position")
+    """Names of what policies see by default, without the goal."""
+    needs: ClassVar[tuple[str, ...]] = ()
+    """Nouns of `RobotState` that not every physics has, e.g. "contact_force"."""
+    max_episode_steps: ClassVar[int] = 50
+
+    numbers: int = 0
+    """Uniform random numbers that an episode is drawn from."""
+    goal: Goal | None = None
+    scene: Scene = EMPTY
+    metrics: tuple[Metric, ...] = ()
     """What tells how well an episode went; the first one leads in reports."""
 
-    def sample(self, uniforms: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return start bending vectors [rad] (R, S, 2) and goals in SI units (R, goal_size).
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
 
-        `uniforms` has the shape (R, n_uniforms).
-        """
+    def draw(self, rng: np.random.Generator) -> FloatArray:
+        """Return the numbers of one episode, shape (k,)."""
+        return rng.random(self.numbers)
 
-    def achieved(self, state: RobotState) -> list[Number]:
-        """Return what is compared with the goal, scaled: components rounded to float32."""
+    @abstractmethod
+    def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return start bending vectors [rad] (R, S, 2), and what goals are made of (R, p)."""
 
-    def scale_goal(self, goal: FloatArray) -> Float32Array:
-        """Return goals in the same scale, shape (R, goal_size)."""
+    def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return the goals (B, size) at the times (B,) since the episodes' beginnings."""
+        del time_s
+        return parameters
 
-    def reward(
-        self, achieved: Sequence[Number], desired: Sequence[Number]
-    ) -> tuple[Number, dict[str, Any]]:
-        """Return rewards and the values for `info` from components of scaled goals."""
+    @abstractmethod
+    def evaluate(self, state: RobotState, goal: FloatArray) -> Outcome:
+        """Return reward, success, failure and metrics; `goal` is in SI units (B, size)."""
+
+
+class GoalTask(Task):
+    """A task whose reward compares what is achieved with a goal, and with nothing else.
+
+    Both are rounded as policies see them, so that rewards asked of observed goals, for hindsight
+    replay, are the very same.
+    """
+
+    goal: Goal
+
+    @abstractmethod
+    def achieved(self, state: RobotState) -> FloatArray:
+        """Return what is compared with the goal, in SI units (B, size)."""
+
+    @abstractmethod
+    def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
+        """Return the outcome of achieved and desired goals in SI units, both (B, size)."""
+
+    def evaluate(self, state: RobotState, goal: FloatArray) -> Outcome:
+        """Return the outcome of what is achieved."""
+        return self.score(self.goal.meant(self.goal.observed(self.achieved(state))), goal)
+
+
+TASKS: Registry[type[Task]] = Registry("task")
+"""Tasks by name."""
+
+_T = TypeVar("_T", bound=type[Task])
+
+
+def register_task(name: str) -> Callable[[_T], _T]:
+    """Return a decorator that makes a task available as ``task=name``.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and "_".
+
+    Returns
+    -------
+    callable
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is taken, or what is decorated is no `Task`.
+
+    Examples
+    --------
+    >>> @register_task("stay_doctest")
+    ... class Stay(Task):
+    ...     def begin(self, numbers):
+    ...         return np.zeros((len(numbers), self.robot.n_segments, 2)), numbers
+    ...     def evaluate(self, state, goal):
+    ...         still = np.linalg.norm(state.tip_position[:, :2], axis=1)
+    ...         return Outcome(-still, still < 0.01)
+    """
+
+    def register(task: _T) -> _T:
+        if not (isinstance(task, type) and issubclass(task, Task)):
+            raise TypeError(f"register_task decorates a subclass of Task, got {task!r}")
+        TASKS.register(name, task)
+        return task
+
+    return register

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike
 
-from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
-from clarke_gym.representations.registry import Representation
-from clarke_gym.wrappers._core import core_of, hands_through
+from clarke_gym.representations import Representation
+from clarke_gym.wrappers.codec import ActionCodec, ObservationCodec
 
 
-def _forward_compute_reward(wrapper: gym.Wrapper[Any, Any, Any, Any]) -> None:
+class _AsksRewards:
     """Goal environments are asked for rewards through their wrappers, too."""
-    if hasattr(wrapper.unwrapped, "compute_reward"):
-        wrapper.compute_reward = wrapper.unwrapped.compute_reward  # type: ignore[attr-defined]
+
+    unwrapped: Any
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """Return the environment's reward of goals as observed."""
+        return self.unwrapped.compute_reward(achieved_goal, desired_goal, info)
 
 
-class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorArgs):
+class RepresentationAction(_AsksRewards, gym.ActionWrapper[Any, Any, Any], RecordConstructorArgs):
     """Act in a representation of joint space.
 
     Parameters
@@ -29,7 +30,7 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
     env : gymnasium.Env
         A clarke_gym environment.
     representation : str
-        A name of `clarke_gym.representations.registry.representation_names()`.
+        A name of `clarke_gym.representations.representation_names()`.
 
     Raises
     ------
@@ -47,27 +48,22 @@ class RepresentationAction(gym.ActionWrapper[Any, Any, Any], RecordConstructorAr
     def __init__(self, env: gym.Env[Any, Any], representation: str) -> None:
         RecordConstructorArgs.__init__(self, representation=representation)
         gym.ActionWrapper.__init__(self, env)
-        self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
+        self._codec = ActionCodec(env, representation, type(self).__name__)
         self.action_space = self._codec.space
-        direct = hands_through(env)
-        self._translate: Callable[[Any], Any] = self._codec.read if direct else self._codec.decode
-        _forward_compute_reward(self)
 
     @property
     def representation(self) -> Representation:
         """The maps between actions and joint space."""
         return self._codec.representation
 
-    def step(self, action: ArrayLike) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Advance; a core within reach takes the action without a detour by joint space."""
-        return self.env.step(self._translate(action))
-
     def action(self, action: ArrayLike) -> Any:
         """Return the joint-space action."""
         return self._codec.decode(action)
 
 
-class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
+class RepresentationObservation(
+    _AsksRewards, gym.ObservationWrapper[Any, Any, Any], RecordConstructorArgs
+):
     """Observe joint space in a representation.
 
     Parameters
@@ -75,7 +71,7 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
     env : gymnasium.Env
         A clarke_gym environment.
     representation : str
-        A name of `clarke_gym.representations.registry.representation_names()`.
+        A name of `clarke_gym.representations.representation_names()`.
 
     Raises
     ------
@@ -95,30 +91,13 @@ class RepresentationObservation(gym.ObservationWrapper[Any, Any, Any], RecordCon
     def __init__(self, env: gym.Env[Any, Any], representation: str) -> None:
         RecordConstructorArgs.__init__(self, representation=representation)
         gym.ObservationWrapper.__init__(self, env)
-        core = core_of(env, type(self).__name__)
-        self._codec = ObservationCodec(core, representation)
+        self._codec = ObservationCodec(env, representation, type(self).__name__)
         self.observation_space = self._codec.space(env.observation_space)
-        self._direct = hands_through(env, RepresentationAction, ClarkeAction)
-        _forward_compute_reward(self)
 
     @property
     def representation(self) -> Representation:
         """The maps between observed numbers and joint space."""
         return self._codec.representation
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
-        """Start an episode; a core within reach writes the observation itself."""
-        if self._direct:
-            restart = partial(self.env.reset, seed=seed, options=options)
-            result: Any = self._codec.during(restart)
-            return result[0], result[1]
-        return super().reset(seed=seed, options=options)
-
-    def step(self, action: Any) -> Any:
-        """Advance; see `reset`."""
-        return self._codec.during(self.env.step, action) if self._direct else super().step(action)
 
     def observation(self, observation: Any) -> Any:
         """Return the observation with its joint blocks encoded."""

@@ -101,7 +101,7 @@ def test_the_law_is_the_sheets_proportional_loop_on_the_manifold():
     observation, _ = env.reset(seed=0, options={"goal": np.array([0.004, 0.001, 0.1999])})
     controller = TipController(env, Gains(proportional=2.0, tip_memory_s=0.0))
     action = controller.act(observation)
-    robot = env.unwrapped.core.robot
+    robot = env.unwrapped.robot
     target = bending_to_clarke(controller._target, robot.pitch_radii)[0, 0]
     step = robot.max_tendon_speed_m_s * 0.05
     np.testing.assert_allclose(
@@ -114,11 +114,11 @@ def test_observations_are_read_in_si_units():
     env = gym.make("clarke_gym/Reach-v0", robot="slim", observation_representation="clarke")
     observation, _ = env.reset(seed=4)
     now = ManifoldInterface(env).sense(observation)
-    core = env.unwrapped.core
-    np.testing.assert_allclose(now.tip, core.physics.state.tip_position, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(now.goal, core.goal, rtol=0, atol=1e-7)
+    face = env.unwrapped
+    np.testing.assert_allclose(now.tip, face.physics.state.tip_position, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(now.goal, face.goal, rtol=0, atol=1e-7)
     np.testing.assert_allclose(
-        now.displacement, core.physics.state.displacement.clarke, rtol=0, atol=1e-8
+        now.displacement, face.physics.state.displacement_vector.clarke, rtol=0, atol=1e-8
     )
 
 

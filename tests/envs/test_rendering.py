@@ -182,7 +182,7 @@ def test_every_goal_is_above_the_floor_and_inside_the_picture(segments):
     robot = make_robot(n_segments=segments)
     floor, reach = _scene.room(robot)
     task = Reach(robot)
-    _, goals = task.sample(np.random.default_rng(0).random((5000, task.n_uniforms)))
+    _, goals = task.begin(np.random.default_rng(0).random((5000, task.numbers)))
     assert floor < goals[:, 2].min() < 1.0
     assert np.hypot(goals[:, 0], goals[:, 1]).max() <= reach * (1.0 + 1e-12)
 

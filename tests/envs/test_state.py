@@ -9,7 +9,9 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 
-from clarke_gym.envs.episodes import BLOCK, EpisodeStreams
+from clarke_gym.envs.episode import BLOCK, Episode
+from clarke_gym.robots import Robot
+from clarke_gym.tasks import Task
 
 ID = "clarke_gym/Reach-v0"
 
@@ -54,8 +56,8 @@ def test_state_is_a_copy():
     kept = copy.deepcopy(state)
     env.step(np.array([1.0, -0.5, -0.5]))
     env.reset()
-    np.testing.assert_array_equal(state["goal"], kept["goal"])
-    np.testing.assert_array_equal(state["streams"]["rows"], kept["streams"]["rows"])
+    for name in ("parameters", "numbers", "steps"):
+        np.testing.assert_array_equal(state["episode"][name], kept["episode"][name])
     np.testing.assert_array_equal(state["physics"]["clarke"], kept["physics"]["clarke"])
 
 
@@ -69,35 +71,70 @@ def test_scalar_state_moves_to_another_environment():
     np.testing.assert_array_equal(source.reset()[0], target.reset()[0])
 
 
-def test_streams_give_the_numbers_of_their_own_generators_in_order():
-    streams = EpisodeStreams(3, 4, lambda numbers: (numbers,))
+class Numbers(Task):
+    """A task whose goals are the numbers of its episodes."""
+
+    numbers = 4
+
+    def begin(self, numbers):
+        return np.zeros((len(numbers), 1, 2)), numbers
+
+    def evaluate(self, state, goal):
+        raise AssertionError("not asked")
+
+
+def episodes(num_envs):
+    return Episode(Numbers(Robot()), num_envs, 0.05, 50, lambda bending: (bending, bending[:, 0]))
+
+
+def test_episodes_are_the_numbers_of_their_own_generators_in_order():
+    episode = episodes(3)
     for index, seed in enumerate((5, 6, 7)):
-        streams.seed(index, seed)
+        episode.seed(index, seed)
     expected = {i: seeding.np_random(5 + i)[0].random((3 * BLOCK, 4)) for i in range(3)}
     taken = dict.fromkeys(range(3), 0)
     rng = np.random.default_rng(0)
     for _ in range(2 * BLOCK):
         rows = np.flatnonzero(rng.random(3) < 0.6)
-        for row, numbers in zip(rows, streams.draw(rows)[0], strict=True):
-            np.testing.assert_array_equal(numbers, expected[int(row)][taken[int(row)]])
-            taken[int(row)] += 1
+        episode.start(rows)
+        for row in rows.tolist():
+            np.testing.assert_array_equal(episode.goal[row], expected[row][taken[row]])
+            taken[row] += 1
 
 
-def test_a_stream_by_itself_gives_what_it_gives_beside_others():
-    def squares(numbers):
-        return numbers, numbers**2
-
-    alone, beside = EpisodeStreams(1, 4, squares), EpisodeStreams(3, 4, squares)
+def test_an_environment_by_itself_draws_what_it_draws_beside_others():
+    alone, beside = episodes(1), episodes(3)
     alone.seed(0, 6)
     beside.seed(1, 6)
     for draw in range(2 * BLOCK + 3):
-        row = np.array([1, 2] if draw % 3 else [1])
-        for mine, others in zip(alone.draw(np.array([0])), beside.draw(row), strict=True):
-            np.testing.assert_array_equal(mine[0], others[0])
+        alone.start(np.array([0]))
+        beside.start(np.array([1, 2] if draw % 3 else [1]))
+        np.testing.assert_array_equal(alone.goal[0], beside.goal[1])
         if draw == BLOCK + 2:
             state = alone.get_state()
-            alone = EpisodeStreams(1, 4, squares)
+            alone = episodes(1)
             alone.set_state(state)
+
+
+@pytest.mark.parametrize("representation", ["raw", "clarke"])
+def test_a_restored_environment_keeps_its_time_limit(representation):
+    """The clock is inside: restored at step 30, an episode has 20 more steps."""
+    env = gym.make(ID, representation=representation)
+    env.reset(seed=0)
+    for _ in range(30):
+        env.step(env.action_space.sample())
+    state = env.unwrapped.state()
+    env.reset(seed=1)
+    env.unwrapped.restore(state)
+    ends = [env.step(env.action_space.sample())[3] for _ in range(20)]
+    assert ends == [False] * 19 + [True]
+
+
+def test_episode_steps_sets_any_limit():
+    env = gym.make(ID, episode_steps=73)
+    env.reset(seed=0)
+    ends = [env.step(env.action_space.sample())[3] for _ in range(73)]
+    assert ends == [False] * 72 + [True]
 
 
 @pytest.mark.parametrize("physics", ["constant_curvature", "mujoco"])

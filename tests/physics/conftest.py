@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.robots import Robot, Segment
+from clarke_gym.robots.joint_vector import JointVector
 
 CONTROL_DT = 0.05
 

@@ -9,29 +9,32 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from clarke_gym.physics.base import JointVector
+from clarke_gym.numerics.batch import Many, One
 from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.robots import Segment
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.materials import MATERIALS
 from clarke_gym.robots.presets import make_robot
 
 from .conftest import CONTROL_DT, random_commands, robot_of
 
 
+def command_of(command, scalar, row=slice(None)):
+    """A row of a batch's command, as the physics of one robot takes it."""
+    arrays = command.get_state()
+    off = arrays["off_manifold"]
+    off = None if off is None else off[row]
+    clarke = arrays["clarke"][row]
+    return JointVector.from_clarke(clarke, off, One() if scalar else Many(len(clarke)))
+
+
 def trace(physics, commands, rows=slice(None)):
     states = []
     for command in commands:
-        off = command.off_manifold
-        physics.step(
-            JointVector.from_clarke(command.clarke[rows], None if off is None else off[rows])
-        )
+        physics.step(command_of(command, False, rows))
         state = physics.state
-        states.append(
-            np.hstack(
-                [state.tip_position, state.tip_quaternion, state.displacement.joint(physics.robot)]
-            )
-        )
+        states.append(np.hstack([state.tip_position, state.tip_quaternion, state.displacement]))
     return np.stack(states)
 
 
@@ -55,16 +58,11 @@ def test_rows_do_not_depend_on_threads_or_batch_size(robot):
 def test_a_robot_simulated_alone_has_the_bits_of_a_row(counts, off_manifold, options):
     """Floats and a simulation of its own for one robot, arrays and a batch for many."""
     robot = robot_of(*counts)
-    single = MujocoPhysics(robot, 1, CONTROL_DT, scalar=True, **options)
+    single = MujocoPhysics(robot, One(), CONTROL_DT, **options)
     batch = MujocoPhysics(robot, 3, CONTROL_DT, threads=1, **options)
     slack = 0
     for command in random_commands(robot, 3, 20, off_manifold=off_manifold):
-        off = command.off_manifold
-        single.step(
-            JointVector.from_clarke(
-                command.clarke[1:2], None if off is None else off[1].tolist(), scalar=True
-            )
-        )
+        single.step(command_of(command, True, slice(1, 2)))
         batch.step(command)
         for field in ("tip_position", "tip_quaternion"):
             np.testing.assert_array_equal(
@@ -125,21 +123,14 @@ MODELS = pytest.mark.parametrize(
 )
 
 
-def command_of(command, scalar, row=slice(None)):
-    """A row of a batch's command, as the physics of one robot takes it."""
-    off = command.off_manifold
-    if off is not None:
-        off = off[row][0].tolist() if scalar else off[row]
-    return JointVector.from_clarke(command.clarke[row], off, scalar)
-
-
 @pytest.mark.usefixtures("contacts")
 @ENGINES
 @MODELS
 def test_a_fresh_simulation_continues_a_state_bit_for_bit(options, scalar):
     robot = robot_of(5, 4)
     first, other = (
-        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, **options) for _ in range(2)
+        MujocoPhysics(robot, One() if scalar else 1, CONTROL_DT, threads=1, **options)
+        for _ in range(2)
     )
     slack = 0
     for k, command in enumerate(random_commands(robot, 1, 24)):
@@ -163,7 +154,8 @@ def test_a_fresh_simulation_continues_a_state_bit_for_bit(options, scalar):
 def test_nothing_is_left_of_what_a_robot_did_before_its_reset(options, scalar):
     robot = robot_of(5, 4)
     used, fresh = (
-        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, **options) for _ in range(2)
+        MujocoPhysics(robot, One() if scalar else 1, CONTROL_DT, threads=1, **options)
+        for _ in range(2)
     )
     for command in random_commands(robot, 1, 8):
         used.step(command_of(command, scalar))
@@ -180,11 +172,11 @@ def test_nothing_is_left_of_what_a_robot_did_before_its_reset(options, scalar):
 def test_in_contact_too_a_robot_alone_has_the_bits_of_a_row(options):
     """Whether or not it goes slack, and whatever the rows beside it do."""
     robot = robot_of(5, 4)
-    single = MujocoPhysics(robot, 1, CONTROL_DT, scalar=True, **options)
+    single = MujocoPhysics(robot, One(), CONTROL_DT, **options)
     batch = MujocoPhysics(robot, 3, CONTROL_DT, threads=1, **options)
     for k, command in enumerate(random_commands(robot, 3, 20)):
         if command.off_manifold is not None and k % 4 == 1:
-            command.off_manifold[1] = 0.0  # the others alone go slack
+            command.off_manifold[:, 1] = 0.0  # the others alone go slack
         single.step(command_of(command, True, slice(1, 2)))
         batch.step(command)
         if k == 12:
@@ -200,7 +192,7 @@ def test_motion_with_slack_tendons_hardly_depends_on_the_time_step(segments, sca
     """From limit to limit: no more than 0.1 % of the length from a time step of 0.1 ms."""
     robot = robot_of(*[3] * segments, drive_lag=0.05)
     coarse, fine = (
-        MujocoPhysics(robot, 1, CONTROL_DT, threads=1, scalar=scalar, sim_dt_s=step)
+        MujocoPhysics(robot, One() if scalar else 1, CONTROL_DT, threads=1, sim_dt_s=step)
         for step in (None, 1e-4)
     )
     target = np.random.default_rng(segments).choice([-1.0, 1.0], robot.n_joints) * 2e-3
@@ -210,8 +202,8 @@ def test_motion_with_slack_tendons_hardly_depends_on_the_time_step(segments, sca
         clarke = raw @ robot.encoder.T
         off = 0.1 * (raw - clarke @ robot.decoder.T)
         for physics in (coarse, fine):
-            command = clarke.reshape(1, -1, 2), off.tolist() if scalar else off[None]
-            physics.step(JointVector.from_clarke(*command, scalar=scalar))
+            command = clarke.reshape(1, -1, 2), off[None], One() if scalar else Many(1)
+            physics.step(JointVector.from_clarke(*command))
         slack += int((fine.tension <= 0.0).any())
         errors.append(coarse.state.tip_position - fine.state.tip_position)
     assert slack > 3
@@ -289,7 +281,7 @@ def test_slack_tendons_carry_nothing_and_the_others_balance():
     np.testing.assert_array_equal(tension[1:], 0.0)
     # The pull side has to take up the slack of 0.1 mm and its own stretch first.
     stretch = tension[0] / robot.segments[0].tendon_stiffness_n_m
-    achieved = physics.state.displacement.clarke[0, 0, 0]
+    achieved = physics.state.displacement_vector.clarke[0, 0, 0]
     assert achieved == pytest.approx(0.005 - 1e-4 - stretch, abs=1e-9)
 
 
@@ -306,7 +298,7 @@ def test_divergence_is_flagged_contained_and_resettable(physics, speed, tmp_path
         twin.step(command)
     assert physics.state.diverged.tolist() == [False, True, False]
     assert np.isfinite(physics.state.tip_position).all()
-    assert np.isfinite(physics.state.displacement.clarke).all()
+    assert np.isfinite(physics.state.displacement_vector.clarke).all()
     neighbours = [0, 2]
     np.testing.assert_array_equal(
         physics.state.tip_position[neighbours], twin.state.tip_position[neighbours]
@@ -334,7 +326,7 @@ def test_stepping_on_after_all_have_diverged_stays_finite(num_envs, profile, rep
     env = gym.make("clarke_gym/Reach-v0", physics="mujoco", **keywords)
     for each in (envs, env):
         each.reset(seed=0)
-        core = each.unwrapped.core
+        core = each.unwrapped._core
         state = core.state()
         state["physics"]["qvel"][:] = 1e6
         core.restore(state)
@@ -363,7 +355,7 @@ def test_reset_starts_at_rest_near_the_commanded_shape():
     physics = MujocoPhysics(robot, 1, CONTROL_DT, gravity_m_s2=(0.0, 0.0, 0.0))
     physics.reset(np.array([0]), clarke)
     start = physics.state.tip_position
-    np.testing.assert_allclose(physics.state.displacement.clarke, clarke, atol=4e-5)
+    np.testing.assert_allclose(physics.state.displacement_vector.clarke, clarke, atol=4e-5)
     for _ in range(20):
         physics.step(JointVector.from_clarke(clarke))
     assert np.linalg.norm(physics.state.tip_position - start) < 1e-3 * robot.length_m
@@ -386,9 +378,9 @@ def test_velocity_is_the_rate_of_the_displacement():
         command = JointVector.from_clarke(np.array([[[0.005, 0.0]]]))
         for _ in range(30):
             physics.step(command)
-        before, rate = physics.state.displacement.joint(robot), physics.velocity
+        before, rate = physics.state.displacement, physics.velocity
         physics.step(command)
-        slope = (physics.state.displacement.joint(robot) - before) / 1e-3
+        slope = (physics.state.displacement - before) / 1e-3
         np.testing.assert_allclose(physics.velocity / 2 + rate / 2, slope, atol=1e-3)
 
 

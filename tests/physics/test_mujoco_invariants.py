@@ -11,6 +11,7 @@ from clarke_gym.physics.mujoco import MujocoPhysics
 from clarke_gym.physics.mujoco.discretisation import joint_positions
 from clarke_gym.physics.mujoco.model import PROFILES, build_chain
 from clarke_gym.robots import Segment
+from clarke_gym.robots.joint_vector import JointVector
 
 from .conftest import CONTROL_DT, robot_of, settle
 
@@ -149,10 +150,10 @@ def test_tension_driven_robot_bends_by_the_moment_of_its_tensions():
     tension = np.array([[4.0, 0.0, 0.0]])
     clarke = (tension @ robot.encoder.T)[:, None]
     off = tension - clarke[:, 0] @ robot.decoder.T
-    command = type(physics.state.displacement).from_clarke(clarke, off)
+    command = JointVector.from_clarke(clarke, off)
     for _ in range(40):
         physics.step(command)
-    bend = physics.state.displacement.clarke[0, 0, 0] / 0.01
+    bend = physics.state.displacement_vector.clarke[0, 0, 0] / 0.01
     assert bend == pytest.approx(4.0 * 0.01 * ROD.length_m / FLEXURAL, rel=1e-4)
     np.testing.assert_allclose(physics.tension, tension, atol=1e-12)
 
@@ -163,7 +164,7 @@ def test_rods_and_bellows_push(joint_type):
     physics = MujocoPhysics(robot, 1, CONTROL_DT, gravity_m_s2=WEIGHTLESS)
     settle(physics, np.array([[[0.005, 0.0]]]))
     assert physics.tension.min() < -0.5
-    assert physics.state.displacement.clarke[0, 0, 0] == pytest.approx(0.005, rel=2e-3)
+    assert physics.state.displacement_vector.clarke[0, 0, 0] == pytest.approx(0.005, rel=2e-3)
 
 
 def test_gravity_turns_with_the_base():

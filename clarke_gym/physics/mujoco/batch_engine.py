@@ -9,7 +9,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from clarke_gym.numerics.arrays import FloatArray, Number, components
+from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.mujoco.engine import NOTHING, POSITIONS, Engine
 from clarke_gym.physics.mujoco.links import Chain
 
@@ -86,11 +86,11 @@ class BatchEngine(Engine):
             self._batch.forward(np.flatnonzero(self._stale), stage=POSITIONS)
             self._stale[:] = False
         poses = self._sites[:, self._tip], self._quaternions[:, -1]
-        return components(poses[0].copy(), False), components(poses[1].copy(), False)
+        return list(poses[0].T.copy()), list(poses[1].T.copy())
 
-    def tendon_lengths(self) -> FloatArray:
-        """Return the lengths of tendons; see `Engine.tendon_lengths`."""
-        return self._lengths
+    def shortenings(self) -> list[Number]:
+        """Return how far tendons are shorter than straight; see `Engine.shortenings`."""
+        return list(np.ascontiguousarray(-self._lengths.T))
 
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:
         outputs = [self._batch.bind(field) for field in fields]

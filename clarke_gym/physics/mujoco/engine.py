@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.tendons import TendonSprings
 
 NOTHING = int(mujoco.mjtStage.mjSTAGE_NONE)
 POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
@@ -54,7 +55,7 @@ class Engine(ABC):
         Each recorder has a ring of K samples: two numbers of its own, K times, K lengths. It is in
         order whenever K steps have been made since it was, as every call of `run` does.
         """
-        recorders = self.chain.model.nsensor
+        recorders = self.chain.recorders
         rings = history.reshape(len(history), recorders, -1) if recorders else history[:, :, None]
         self.acted = rings[:, :, 1 + rings.shape[2] // 2 :]
 
@@ -114,13 +115,32 @@ class Engine(ABC):
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
 
     @abstractmethod
-    def tendon_lengths(self) -> Any:
-        """Return the lengths [m] of tendons that run along joints, once `tip_pose` was asked for.
+    def shortenings(self) -> list[Number]:
+        """Return how far tendons that run along joints are shorter than straight [m].
 
-        Returns
-        -------
-        ndarray, shape (B, ntendon), or list of ntendon floats for a robot by itself
+        Once `tip_pose` was asked for; components, one a tendon.
         """
+
+    def surely_taut(self, springs: TendonSprings, first: Any, last: Any) -> bool:
+        """Return whether a quick look finds that no tendon can have gone slack in the last step.
+
+        Parameters
+        ----------
+        springs : TendonSprings
+        first, last : list of 2S floats, or ndarray
+            Commanded lengths of the virtual tendons before and after [m].
+        """
+        del springs, first, last
+        return False
+
+    def contact_force(self) -> FloatArray:
+        """Return the magnitude of the net force between robot and scene [N], shape (B,)."""
+        place = self.chain.contact
+        if place is None:
+            return np.zeros(len(self.qpos))
+        force = self._fresh(NOTHING, "sensordata")[0][:, place]
+        size: FloatArray = np.linalg.norm(force, axis=1)
+        return size
 
     @abstractmethod
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:

@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.batch import slope
 from clarke_gym.numerics.linear_map import LinearMap
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco.engine import Engine
-from clarke_gym.physics.mujoco.single_engine import SingleEngine
 from clarke_gym.physics.mujoco.tendons import TendonSprings
-from clarke_gym.physics.mujoco.whole import WholeSteps, ramp_rates
+from clarke_gym.physics.mujoco.whole import WholeSteps
+from clarke_gym.robots.joint_vector import JointVector
 
 Motion: TypeAlias = tuple[JointVector, JointVector]
 """Where the drives are before and after a control step."""
-
-_ROW = np.array([0])
 
 
 class FoldedSteps:
@@ -52,7 +50,6 @@ class FoldedSteps:
         steps: int,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
-        self._single = engine if isinstance(engine, SingleEngine) else None
         self._duration = steps * engine.chain.model.opt.timestep
         self._make_whole = make_whole
         self._watch_slack = bool(springs.pulls_only.any())
@@ -75,67 +72,39 @@ class FoldedSteps:
         """
         first, last = self._lengths(start), self._springs.folded_lengths(end)
         self._held = end, last
-        rates = ramp_rates(first, last, self._duration)
+        rates = slope(first, last, self._duration)
         if not self._watch_slack:
             self._engine.run(rows, first, rates, self._steps)
             return
-        if self._single is None:
-            self._run_batch(rows, (start, end), (first, last), rates)
-            return
-        # The scalar environment's robot, whose lengths come as floats.
-        on_manifold = start.off_manifold is None
-        if on_manifold or not self._starts_loose(start, first)[0]:
-            self._single.run(None, first, rates, self._steps)
-            if on_manifold and end.off_manifold is None:
-                meanwhile = self._single.lengths_meanwhile()
-                after = self._single.tendon_lengths()
-                if self._springs.surely_taut(first, last, meanwhile, after):
-                    return
-            ends = np.array([first]), np.array([last])
-            acted = self._single.acted
-            if not self._went_slack((start, end), ends, acted, self._actual_lengths())[0]:
-                return
-        self._run_whole(_ROW, (start, end))
-
-    def _run_batch(
-        self,
-        rows: NDArray[np.intp] | None,
-        drives: Motion,
-        ends: tuple[FloatArray, FloatArray],
-        rates: FloatArray,
-    ) -> None:
-        start, end = drives
         if start.off_manifold is not None:
             # A robot that starts slack need not be tried with folded tendons first.
-            loose = self._starts_loose(start, ends[0])
+            loose = self._starts_loose(start, first)
             if np.count_nonzero(loose):
-                rows = np.arange(len(rates)) if rows is None else rows
-                self._run_whole(rows[loose[rows]], drives)
+                rows = np.arange(len(loose)) if rows is None else rows
+                self._run_whole(rows[loose[rows]], (start, end))
                 rows = rows[~loose[rows]]
                 if not rows.size:
                     return
-        self._engine.run(rows, ends[0], rates, self._steps)
-        acted, length, watched = self._engine.acted, self._actual_lengths(), drives
-        if rows is not None:
-            ends, acted, length = (ends[0][rows], ends[1][rows]), acted[rows], length[rows]
-            watched = start.rows(rows), end.rows(rows)
-        slack = self._went_slack(watched, ends, acted, length)
+        self._engine.run(rows, first, rates, self._steps)
+        taut = start.off_manifold is None and end.off_manifold is None
+        if taut and self._engine.surely_taut(self._springs, first, last):
+            return
+        slack = self._went_slack(rows, (start, end), np.atleast_2d(first), np.atleast_2d(last))
         if np.count_nonzero(slack):
-            self._run_whole(np.flatnonzero(slack) if rows is None else rows[slack], drives)
+            self._run_whole(np.flatnonzero(slack) if rows is None else rows[slack], (start, end))
 
     def _starts_loose(self, start: JointVector, first: Any) -> NDArray[np.bool_]:
-        gap = self._actual_lengths() - first
+        gap = self._actual_lengths() - np.atleast_2d(first)
         return self._springs.slack(start, start, gap[:, None])
 
     def _went_slack(
-        self,
-        drives: Motion,
-        ends: tuple[FloatArray, FloatArray],
-        acted: FloatArray,
-        length: FloatArray,
+        self, rows: NDArray[np.intp] | None, drives: Motion, first: FloatArray, last: FloatArray
     ) -> NDArray[np.bool_]:
-        """Return which robots had a slack tendon, from the lengths that acted and the last ones."""
-        first, last = ends
+        """Return which of some robots had a slack tendon, from the lengths that acted."""
+        acted, length = self._engine.acted, self._actual_lengths()
+        if rows is not None:
+            acted, length, first, last = acted[rows], length[rows], first[rows], last[rows]
+            drives = drives[0].rows(rows), drives[1].rows(rows)
         # What acts in a time step is its length at the start; the next one's is that at its end.
         gap = -first[:, None] - self._ramp * (last - first)[:, None]
         gap[:, :-1] += acted[:, :, 1:].transpose(0, 2, 1)
@@ -150,8 +119,6 @@ class FoldedSteps:
 
     def _actual_lengths(self) -> FloatArray:
         """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        if self._single is not None:
-            return self._to_folded.of_numbers(self._single.qpos[0])[None]
         return self._to_folded.of_rows(self._engine.qpos)
 
     def _run_whole(self, rows: NDArray[np.intp], drives: Motion) -> None:

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.base import DISK_RIM_M
 from clarke_gym.physics.mujoco.discretisation import joint_positions
 from clarke_gym.physics.mujoco.tendons import tendon_offsets
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.stiffness import bending_stiffness, torsional_stiffness
 
 MIN_DAMPING_TIME_S = 1e-3
-DISK_RIM_M = 1e-3  # how far a disk reaches beyond its outermost tendon hole
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,10 @@ class Chain:
         Arc length at the origin of each body [m]; bodies 0 and 1 are the world and the base.
     folded : bool
         Whether two tendons stand for the n taut ones of a segment.
+    recorders : int
+        Sensors that keep the tendons' lengths of some time steps.
+    contact : slice or None
+        Where the sensor of the net force between robot and scene writes, where there is one.
     """
 
     model: mujoco.MjModel
@@ -40,13 +44,21 @@ class Chain:
     shape: FloatArray
     stations: FloatArray
     folded: bool
+    recorders: int = 0
+    contact: slice | None = None
 
 
 class Backbone:
     """Adds base, links, hinges, disks and tip to a specification, from base to tip."""
 
     def __init__(
-        self, spec: mujoco.MjSpec, robot: Robot, elements: int, step: float, routing: str
+        self,
+        spec: mujoco.MjSpec,
+        robot: Robot,
+        elements: int,
+        step: float,
+        routing: str,
+        touches: bool = False,
     ) -> None:
         self._spec, self._robot = spec, robot
         self.hinges: list[list[tuple[str, str]]] = []  # (name, axis) of every hinge, per segment
@@ -68,7 +80,10 @@ class Backbone:
                     self._stations.append(origin)
                     self._add_hinges(body, segment, count, i, k, step)
                 last = i == len(edges) - 2
-                _add_rod(body, segment, start + edges[i] - origin, start + edges[i + 1] - origin)
+                ends = start + edges[i] - origin, start + edges[i + 1] - origin
+                _add_rod(body, segment, *ends)
+                if touches:
+                    _add_hull(body, radius, *ends)
                 inside = (disks > edges[i]) & ((disks <= edges[i + 1]) | last)
                 for m in np.flatnonzero(inside):
                     z = float(start + disks[m] - origin)
@@ -127,7 +142,13 @@ class Backbone:
                 column, sign = (0, 1.0) if axis == "y" else (1, -1.0)
                 total[2 * k + column :: 2, index] = sign
                 shape[index, 2 * k + column] = sign * share
-        return Chain(model, total, shape, np.array(self._stations), folded)
+        recorders = int((model.sensor_type == int(mujoco.mjtSensor.mjSENS_TENDONPOS)).sum())
+        contact = None
+        if model.nsensor > recorders:
+            start = int(model.sensor("contact").adr[0])
+            contact = slice(start, start + 3)
+        stations = np.array(self._stations)
+        return Chain(model, total, shape, stations, folded, recorders, contact)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:
@@ -150,6 +171,21 @@ def _add_rod(body: mujoco.MjsBody, segment: Segment, begin: float, end: float) -
         pos=[0.0, 0.0, (begin + end) / 2.0],
         mass=segment.density_kg_m3 * math.pi * radius**2 * (end - begin),
         rgba=[0.25, 0.27, 0.3, 1.0],
+        contype=0,
+        conaffinity=0,
+    )
+
+
+def _add_hull(body: mujoco.MjsBody, radius: float, begin: float, end: float) -> None:
+    """Add what touches bodies of a scene: as wide as a disk, so that nothing slips between two."""
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        size=[radius, (end - begin) / 2.0, 0.0],
+        pos=[0.0, 0.0, (begin + end) / 2.0],
+        mass=0.0,
+        group=4,
+        contype=1,
+        conaffinity=2,
     )
 
 
@@ -160,6 +196,8 @@ def _add_disk(body: mujoco.MjsBody, segment: Segment, z: float, radius: float) -
         pos=[0.0, 0.0, z],
         mass=segment.disk_mass_kg,
         rgba=[0.8, 0.82, 0.85, 1.0],
+        contype=0,
+        conaffinity=0,
     )
 
 

@@ -11,9 +11,12 @@ import numpy as np
 
 from clarke_gym.kinematics import rotate
 from clarke_gym.numerics.checks import check_choice, check_positive, check_vector
-from clarke_gym.physics.mujoco.links import DISK_RIM_M, Backbone, Chain
+from clarke_gym.physics.base import DISK_RIM_M
+from clarke_gym.physics.mujoco.links import Backbone, Chain
+from clarke_gym.physics.mujoco.scene import add_scene
 from clarke_gym.physics.mujoco.tendons import folded_axes, tendon_offsets
 from clarke_gym.robots.robot import Robot, Segment
+from clarke_gym.robots.scene import EMPTY, Scene
 
 STANDARD_GRAVITY_M_S2 = (0.0, 0.0, -9.80665)
 ROUTINGS = ("ideal", "chord")
@@ -103,6 +106,7 @@ def build_chain(
     base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
     payload_kg: float = 0.0,
     record: int = 0,
+    scene: Scene = EMPTY,
 ) -> Chain:
     """Return the compiled model of a robot, in the frame of its base.
 
@@ -126,6 +130,8 @@ def build_chain(
         Point mass at the tip.
     record : int
         Time steps of which the lengths of folded tendons are kept.
+    scene : Scene
+        Bodies in the frame of the base; contact is on only where there are any.
 
     Returns
     -------
@@ -161,9 +167,14 @@ def build_chain(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.gravity = rotate(quaternion * (1.0, -1.0, -1.0, -1.0), gravity)
     # Without auto-reset a simulation that breaks down shows it: its numbers stay huge or nan.
-    disabled = mujoco.mjtDisableBit.mjDSBL_CONTACT, mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    disabled = [mujoco.mjtDisableBit.mjDSBL_AUTORESET]
+    if not scene.bodies:
+        disabled.append(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     spec.option.disableflags = sum(int(flag) for flag in disabled)
-    chain = Backbone(spec, robot, profile.elements, step, routing)
+    touches = bool(scene.bodies)
+    chain = Backbone(spec, robot, profile.elements, step, routing, touches)
+    if touches:
+        add_scene(spec, scene)
     if payload_kg > 0.0:
         tip = spec.body(f"end{robot.n_segments - 1}")
         tip.mass, tip.inertia = payload_kg, [0.4 * payload_kg * DISK_RIM_M**2] * 3

@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.kinematics import rotate
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.checks import check_choice, check_count, check_vector
 from clarke_gym.numerics.linear_map import map_rows
-from clarke_gym.physics.base import JointVector, RobotState
+from clarke_gym.physics.base import RobotState
 from clarke_gym.physics.drives import Drives
-from clarke_gym.physics.mujoco.batch_engine import BatchEngine
 from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
+from clarke_gym.physics.mujoco.engines import make_engine
 from clarke_gym.physics.mujoco.folded import FoldedSteps
 from clarke_gym.physics.mujoco.links import Chain
 from clarke_gym.physics.mujoco.model import (
@@ -27,10 +28,11 @@ from clarke_gym.physics.mujoco.model import (
     build_chain,
     substeps,
 )
-from clarke_gym.physics.mujoco.single_engine import SingleEngine
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
+from clarke_gym.robots.scene import EMPTY, Scene
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -50,8 +52,8 @@ class MujocoPhysics:
     Parameters
     ----------
     robot : Robot
-    num_envs : int
-        Batch size B.
+    batch : Batch or int
+        One robot or many; a number stands for that many.
     control_dt : float
         Control period [s].
     profile : {"fast", "accurate"}
@@ -71,8 +73,9 @@ class MujocoPhysics:
         Orientation (w, x, y, z) of the base in the world.
     payload_kg : float
         Point mass at the tip.
-    scalar : bool
-        Report states as Python floats, for a batch of one.
+    scene : Scene
+        Bodies around the robot, in the frame of its base. Contact is on only where there are any,
+        between robot and scene: a robot does not touch itself.
 
     Raises
     ------
@@ -85,16 +88,19 @@ class MujocoPhysics:
     >>> physics.reset(np.array([0]), np.zeros((1, 1, 2)))
     >>> for _ in range(20):
     ...     physics.step(JointVector.from_clarke(np.array([[[0.005, 0.0]]])))
-    >>> float(physics.state.displacement.clarke[0, 0, 0].round(4))
+    >>> float(physics.state.displacement_vector.clarke[0, 0, 0].round(4))
     0.005
     """
+
+    KEYWORDS: ClassVar[tuple[str, ...]] = ("profile", "sim_dt_s", "payload_kg", "threads")
+    OFFERS: ClassVar[tuple[str, ...]] = ("tension", "velocity", "contact_force")
 
     displacement_bound = 1.25
 
     def __init__(
         self,
         robot: Robot,
-        num_envs: int,
+        batch: Batch | int,
         control_dt: float,
         *,
         profile: str = "fast",
@@ -106,17 +112,15 @@ class MujocoPhysics:
         base_position_m: Sequence[float] = (0.0, 0.0, 0.0),
         base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         payload_kg: float = 0.0,
-        scalar: bool = False,
+        scene: Scene = EMPTY,
     ) -> None:
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
-        self.robot = robot
-        self.num_envs = num_envs
-        self._scalar = scalar
+        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
         self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
         self._drives = Drives(robot, control_dt, limited=True)
-        most = min(num_envs, os.cpu_count() or 1)
+        most = min(self.batch.size, os.cpu_count() or 1)
         self._threads = most if threads is None else check_count("threads", threads)
         self._options: dict[str, Any] = {
             "routing": routing,
@@ -124,18 +128,21 @@ class MujocoPhysics:
             "gravity_m_s2": gravity_m_s2,
             "base_quaternion": base_quaternion,
             "payload_kg": payload_kg,
+            "scene": scene,
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
         self._engine = self._make_engine(self._sim_dt)
         self._tension_driven = actuation == "tension"
-        self._displacements = Displacements(self._engine, self._springs, routing == "chord")
+        self._displacements = Displacements(
+            self._engine, self._springs, self.batch, routing == "chord"
+        )
         self._steps = self._make_steps()
-        start = np.zeros((num_envs, robot.n_segments, 2))
-        self._drive = JointVector.from_clarke(start, scalar=scalar)
-        self._set_diverged(np.zeros(num_envs, dtype=bool))
+        self._drive = JointVector(self.batch.zeros(2 * robot.n_segments))
+        self._set_diverged(np.zeros(self.batch.size, dtype=bool))
         self._state: RobotState | None = None
-        self.reset(np.arange(num_envs), start)
+        start = np.zeros((self.batch.size, robot.n_segments, 2))
+        self.reset(np.arange(self.batch.size), start)
 
     def _set_diverged(self, diverged: NDArray[np.bool_]) -> None:
         self._diverged, self._stopped = diverged, int(diverged.sum())
@@ -150,9 +157,7 @@ class MujocoPhysics:
             record=self._substeps,
             **self._options,
         )
-        if self._scalar:
-            return SingleEngine(chain)
-        return BatchEngine(chain, self.num_envs, self._threads, poses=folded is None)
+        return make_engine(chain, self.batch, self._threads, poses=folded is None)
 
     def _make_steps(self) -> FoldedSteps | WholeSteps:
         """Return what runs control steps."""
@@ -174,7 +179,7 @@ class MujocoPhysics:
         if self._state is None:
             tip, quaternion = self._engine.tip_pose()
             displacement = self._displacements.achieved()
-            self._state = RobotState(displacement, tip, quaternion, self._diverged)
+            self._state = RobotState(self, displacement, tip, quaternion, self._diverged)
         return self._state
 
     @property
@@ -212,12 +217,17 @@ class MujocoPhysics:
         command = self._drive.joint(self.robot)
         if self._tension_driven:
             return command
-        return self._springs.tension(command, self.state.displacement.joint(self.robot))
+        return self._springs.tension(command, self.state.displacement)
 
     @property
     def velocity(self) -> FloatArray:
         """Rate of every tendon's displacement [m/s], shape (B, N), at the current state."""
         return self._displacements.rates()
+
+    @property
+    def contact_force(self) -> FloatArray:
+        """Magnitude of the net force between robot and scene [N], shape (B,), at the last step."""
+        return self._engine.contact_force()
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
@@ -232,7 +242,7 @@ class MujocoPhysics:
         Who knows `rest(clarke)` already may give it as `rest`.
         """
         driven = np.zeros_like(clarke) if self._tension_driven else clarke
-        self._drive = self._drive.with_rows(rows, driven)
+        self._drive = self._drive.with_rows(self.batch, rows, driven)
         if self._stopped:
             diverged = self._diverged.copy()
             diverged[rows] = False
@@ -247,11 +257,11 @@ class MujocoPhysics:
         that have diverged stay where they were until they are reset.
         """
         stopped = self._stopped
-        if stopped == self.num_envs:
+        if stopped == self.batch.size:
             return
         start = self._drive
         if self._tension_driven:
-            end = JointVector.from_state(command.get_state(), self._scalar)
+            end = JointVector.from_state(self.batch, command.get_state())
         else:
             end = self._drives.approach(start, command)
         engine = self._engine
@@ -275,7 +285,7 @@ class MujocoPhysics:
         if not still.size:
             return end
         self._engine.place(still, self._engine.kept(still)[0], 0.0)
-        return end.with_rows(still, start.clarke[still])
+        return end.with_rows(self.batch, still, start.clarke[still])
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
@@ -299,8 +309,8 @@ class MujocoPhysics:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        rows = np.arange(self.num_envs)
+        rows = np.arange(self.batch.size)
         self._engine.place(rows, state["qpos"], state["qvel"], state["qacc_warmstart"])
-        self._drive = JointVector.from_state(state["drive"], self._scalar)
+        self._drive = JointVector.from_state(self.batch, state["drive"])
         self._set_diverged(state["diverged"].copy())
         self._state = None

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.mujoco.engine import Engine
 from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.tendons import TendonSprings
 
 _step, _step1, _step2 = mujoco.mj_step, mujoco.mj_step1, mujoco.mj_step2
 
@@ -93,14 +94,14 @@ class SingleEngine(Engine):
             _step(model, data, steps - 1)
         self._begin_step()
 
-    def tendon_lengths(self) -> list[float]:
-        """Return the lengths of tendons; see `Engine.tendon_lengths`."""
-        return self._now
+    def shortenings(self) -> list[Number]:
+        """Return how far tendons are shorter than straight; see `Engine.shortenings`."""
+        return [-length for length in self._now]
 
-    def lengths_meanwhile(self) -> list[list[float]]:
-        """Return the lengths [m] between the time steps of the last control step, by tendon."""
-        lengths: list[list[float]] = self._acted_later.tolist()
-        return lengths
+    def surely_taut(self, springs: TendonSprings, first: list[float], last: list[float]) -> bool:
+        """Return whether no tendon can have gone slack; see `Engine.surely_taut`."""
+        meanwhile: list[list[float]] = self._acted_later.tolist()
+        return springs.surely_taut(first, last, meanwhile, self._now)
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tip's position [m] and orientation (w, x, y, z)."""

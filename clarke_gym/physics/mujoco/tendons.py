@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from operator import add, sub
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.linear_map import LinearMap, block_diagonal, map_rows
-from clarke_gym.physics.base import JointVector
+from clarke_gym.numerics.batch import array_of
+from clarke_gym.numerics.linear_map import AffineMap, block_diagonal, map_rows
+from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.stiffness import bending_stiffness
 
@@ -101,11 +101,11 @@ class TendonSprings:
         self._surely_room = self._least_room * (1.0 - 1e-9)  # less than any rounding of a sum
         rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
         self.fold = -rotation.T
-        self._fold_map = LinearMap(self.fold, columns=True)
         self._unfold = rotation
         self.aligned = bool((rotation == np.eye(len(rotation))).all())
         self._folded_preload = preload @ robot.encoder.T @ self.fold
         self._folded_preloads = self._folded_preload.tolist()
+        self._folded = AffineMap(self.fold, self._folded_preload)
         self._shape, self._shape_offset = self._equilibrium(preload)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -146,12 +146,7 @@ class TendonSprings:
 
     def folded_lengths(self, command: JointVector) -> Any:
         """Return the commanded lengths of the virtual tendons [m], shape (B, 2S), or 2S floats."""
-        parts = command.parts
-        if isinstance(parts[0], float):
-            if self.aligned:  # the product below, to the bit
-                return list(map(sub, self._folded_preloads, parts))
-            return list(map(add, self._fold_map.of_numbers(parts).tolist(), self._folded_preloads))
-        return self._fold_map.of_columns(parts) + self._folded_preload
+        return self._folded.of_components(command.parts)
 
     def surely_taut(
         self,
@@ -214,7 +209,7 @@ class TendonSprings:
         pairs = gap.reshape(batch, steps, robot.n_segments, 2)
         square = np.einsum("bksi,bksi->bks", pairs, pairs)
         off = [
-            None if part.off_manifold is None else np.atleast_2d(part.off_manifold)
+            None if part.off_manifold is None else array_of(part.off_manifold)
             for part in (start, end)
         ]
         result = np.zeros(batch, dtype=bool)

@@ -2,40 +2,12 @@
 
 from __future__ import annotations
 
-from operator import sub
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.physics.base import JointVector
 from clarke_gym.physics.mujoco.engine import Engine
 from clarke_gym.physics.mujoco.tendons import TendonSprings
-
-
-def ramp_rates(start: Any, end: Any, duration: float) -> Any:
-    """Return the rates at which commanded lengths change in a control step.
-
-    Parameters
-    ----------
-    start, end : ndarray or list of float
-        Lengths before and after [m].
-    duration : float
-        [s].
-
-    Returns
-    -------
-    ndarray or list of float
-        [m/s].
-
-    Examples
-    --------
-    >>> ramp_rates([0.0, 0.5], [0.5, 0.5], 0.25)
-    [2.0, 0.0]
-    """
-    if isinstance(start, list):
-        return [gap / duration for gap in map(sub, end, start)]
-    return (end - start) / duration
+from clarke_gym.robots.joint_vector import JointVector
 
 
 class WholeSteps:
@@ -74,5 +46,5 @@ class WholeSteps:
             self.engine.run(rows, None, tension, self._steps)
             return
         first, last = (self.engine.straight + springs.lengths(drive) for drive in (start, end))
-        rates = ramp_rates(first, last, self._duration)
+        rates = (last - first) / self._duration
         self.engine.run(rows, first, rates, self._steps)

@@ -6,17 +6,14 @@ observations, too, so all modes work.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import batch_space
 
-from clarke_gym.envs.codecs import ActionCodec, ObservationCodec
-from clarke_gym.representations.registry import Representation
-from clarke_gym.wrappers._core import core_of, hands_through
+from clarke_gym.representations import Representation
+from clarke_gym.wrappers.codec import ActionCodec, ObservationCodec
 
 _VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
 
@@ -29,7 +26,7 @@ class RepresentationAction(gym.vector.VectorWrapper):
     env : gymnasium.vector.VectorEnv
         A clarke_gym vector environment.
     representation : str
-        A name of `clarke_gym.representations.registry.representation_names()`.
+        A name of `clarke_gym.representations.representation_names()`.
 
     Raises
     ------
@@ -39,11 +36,9 @@ class RepresentationAction(gym.vector.VectorWrapper):
 
     def __init__(self, env: _VectorEnv, representation: str) -> None:
         super().__init__(env)
-        self._codec = ActionCodec(core_of(env, type(self).__name__), representation)
+        self._codec = ActionCodec(env, representation, type(self).__name__)
         self.single_action_space = self._codec.space
         self.action_space = batch_space(self._codec.space, self.num_envs)
-        direct = hands_through(env)
-        self._translate: Callable[[Any], Any] = self._codec.read if direct else self._codec.decode
 
     @property
     def representation(self) -> Representation:
@@ -51,8 +46,8 @@ class RepresentationAction(gym.vector.VectorWrapper):
         return self._codec.representation
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Advance; a core within reach takes actions without a detour by joint space."""
-        return self.env.step(self._translate(actions))
+        """Advance under the joint-space actions."""
+        return self.env.step(self._codec.decode(actions))
 
 
 class RepresentationObservation(gym.vector.VectorWrapper):
@@ -63,7 +58,7 @@ class RepresentationObservation(gym.vector.VectorWrapper):
     env : gymnasium.vector.VectorEnv
         A clarke_gym vector environment.
     representation : str
-        A name of `clarke_gym.representations.registry.representation_names()`.
+        A name of `clarke_gym.representations.representation_names()`.
 
     Raises
     ------
@@ -73,11 +68,9 @@ class RepresentationObservation(gym.vector.VectorWrapper):
 
     def __init__(self, env: _VectorEnv, representation: str) -> None:
         super().__init__(env)
-        core = core_of(env, type(self).__name__)
-        self._codec = ObservationCodec(core, representation)
+        self._codec = ObservationCodec(env, representation, type(self).__name__)
         self.single_observation_space = self._codec.space(env.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self._direct = hands_through(env, RepresentationAction, ClarkeAction)
 
     @property
     def representation(self) -> Representation:
@@ -85,19 +78,12 @@ class RepresentationObservation(gym.vector.VectorWrapper):
         return self._codec.representation
 
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
-        """Reset and encode; a core within reach writes the observations itself."""
-        if self._direct:
-            restart = partial(self.env.reset, seed=seed, options=options)
-            result: Any = self._codec.during(restart)
-            return result[0], result[1]
+        """Reset and encode."""
         observation, info = self.env.reset(seed=seed, options=options)
         return self._codec.encode(observation), info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Advance and encode, final observations included; see `reset`."""
-        if self._direct:
-            result: Any = self._codec.during(self.env.step, actions)
-            return result
+        """Advance and encode, final observations included."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
             final = np.full(self.num_envs, None, dtype=object)

@@ -1,0 +1,173 @@
+"""The clock of every environment: steps, goals, seeds, and the time limit."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+from numpy.typing import NDArray
+
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.tasks import Task
+
+BLOCK = 16
+"""Episodes that are drawn at once, so that what they begin with is prepared in one go."""
+
+_ALL = slice(None)
+
+_DISTURBED = 1
+"""Word that the seeds of disturbances have beside those of tasks."""
+
+
+class Episode:
+    """Where the environments are in their episodes, and what the next ones begin with.
+
+    Each environment has a generator of its own seed, and draws the numbers of its episodes from it
+    one episode after the other, so its episodes depend on its own seed alone.
+
+    Parameters
+    ----------
+    task : Task
+    num_envs : int
+    control_dt : float
+        [s].
+    limit : int
+        Steps after which an episode is truncated.
+    prepare : callable
+        Turns start bending vectors (R, S, 2) into what R robots are put at: two arrays with R rows.
+    disturbed : int
+        Uniform numbers that disturbances draw for each episode.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        num_envs: int,
+        control_dt: float,
+        limit: int,
+        prepare: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+        disturbed: int = 0,
+    ) -> None:
+        self._task, self._prepare, self._control_dt = task, prepare, control_dt
+        self.limit = limit
+        self.generators: list[np.random.Generator | None] = [None] * num_envs
+        self.seeds = [0] * num_envs
+        self._disturbing: list[np.random.Generator | None] = [None] * num_envs
+        self.disturbed = np.zeros((num_envs, disturbed))
+        probe = np.asarray(task.draw(np.random.default_rng(0)), np.float64)
+        self._numbers = np.zeros((num_envs, BLOCK, probe.size))
+        self._used = np.full(num_envs, BLOCK)
+        parts = self._begin(probe[None])
+        self._prepared = [np.zeros((num_envs, BLOCK, *part.shape[1:])) for part in parts]
+        self._parameters = np.zeros((num_envs, parts[2].shape[1]))
+        self._moves = type(task).advance is not Task.advance
+        self.steps = np.zeros(num_envs, dtype=np.int64)
+        self.begun = False
+        size = self._parameters.shape[1] if task.goal is None else task.goal.size
+        self.goal = np.zeros((num_envs, size))
+        self.observed_goal = np.zeros((num_envs, size), np.float32)
+
+    def _begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return where robots are put (two arrays), and what goals are made of."""
+        bending, parameters = self._task.begin(numbers)
+        return *self._prepare(bending), parameters
+
+    def _follow(self, rows: NDArray[np.intp] | slice) -> None:
+        """Bring some goals up to date; observed goals are what they say to single precision."""
+        goal = self._parameters[rows]
+        if self._moves:
+            goal = self._task.advance(goal, self.steps[rows] * np.float64(self._control_dt))
+        if self._task.goal is not None:
+            observed = self._task.goal.observed(goal)
+            self.observed_goal[rows] = observed
+            goal = self._task.goal.meant(observed)
+        self.goal[rows] = goal
+
+    @property
+    def truncated(self) -> NDArray[np.bool_]:
+        """Which environments have come to the time limit, shape (B,)."""
+        return self.steps >= self.limit
+
+    def seed(self, index: int, seed: int | None) -> None:
+        """Give environment `index` a new generator; None takes entropy from the system."""
+        generator, actual = seeding.np_random(seed)
+        self.generators[index] = generator
+        self.seeds[index] = int(actual)
+        self._disturbing[index] = np.random.default_rng([int(actual), _DISTURBED])
+        self._used[index] = BLOCK
+
+    def advance(self) -> None:
+        """Count a step of all environments."""
+        self.steps += 1
+        if self._moves:
+            self._follow(_ALL)
+
+    def start(
+        self, rows: NDArray[np.intp], goal: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Begin new episodes in the environments `rows`, and return where their robots are put."""
+        first, second, parameters = self._draw(rows)
+        self._parameters[rows] = parameters if goal is None else goal
+        self.steps[rows] = 0
+        self.begun = True
+        if self.disturbed.shape[1]:
+            for index in rows.tolist():
+                generator = self._disturbing[index]
+                assert generator is not None
+                self.disturbed[index] = generator.random(self.disturbed.shape[1])
+        self._follow(rows)
+        return first, second
+
+    def _draw(self, rows: NDArray[np.intp]) -> list[FloatArray]:
+        used = self._used[rows]
+        empty = used == BLOCK
+        if np.count_nonzero(empty):
+            self._refill(rows[empty])
+            used[empty] = 0
+        self._used[rows] = used + 1
+        return [part[rows, used] for part in self._prepared]
+
+    def _refill(self, rows: NDArray[np.intp]) -> None:
+        for index in rows.tolist():
+            if self.generators[index] is None:
+                self.seed(index, None)
+            generator = self.generators[index]
+            assert generator is not None
+            for k in range(BLOCK):
+                self._numbers[index, k] = self._task.draw(generator)
+        self._prepare_rows(rows)
+
+    def _prepare_rows(self, rows: NDArray[np.intp]) -> None:
+        numbers = self._numbers[rows]
+        parts = self._begin(numbers.reshape(-1, numbers.shape[-1]))
+        for kept, part in zip(self._prepared, parts, strict=True):
+            kept[rows] = part.reshape(len(rows), BLOCK, *part.shape[1:])
+
+    def get_state(self) -> dict[str, Any]:
+        """Return a copy of everything that the future depends on, generators included."""
+        return {
+            "generators": copy.deepcopy(self.generators),
+            "disturbing": copy.deepcopy(self._disturbing),
+            "disturbed": self.disturbed.copy(),
+            "seeds": list(self.seeds),
+            "numbers": self._numbers.copy(),
+            "used": self._used.copy(),
+            "parameters": self._parameters.copy(),
+            "steps": self.steps.copy(),
+            "begun": self.begun,
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Return to a state of `get_state`."""
+        self.generators = copy.deepcopy(state["generators"])
+        self._disturbing = copy.deepcopy(state["disturbing"])
+        self.disturbed = state["disturbed"].copy()
+        self.seeds = list(state["seeds"])
+        self._numbers, self._used = state["numbers"].copy(), state["used"].copy()
+        self._parameters, self.steps = state["parameters"].copy(), state["steps"].copy()
+        self.begun = state["begun"]
+        self._prepare_rows(np.arange(len(self._numbers)))
+        self._follow(_ALL)

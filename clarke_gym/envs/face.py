@@ -1,0 +1,149 @@
+"""What the scalar and the vector environment show alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from clarke_gym.envs.core import EnvCore
+from clarke_gym.envs.observer import Blocks
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.registry import nearest
+from clarke_gym.physics.base import Physics
+from clarke_gym.representations import Representation, make_representation
+from clarke_gym.robots import Robot
+from clarke_gym.tasks import Goal, Task
+
+RENDER_MODES = ("rgb_array", "depth_array")
+"""Modes of the environments themselves."""
+
+
+class Face:
+    """Public properties and checkpoints on top of a core."""
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "render_modes": ["rgb_array", "depth_array", "rgb_array_list", "human"],
+        "render_fps": 20,
+    }
+    render_mode: str | None
+    _core: EnvCore
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's description."""
+        return self._core.robot
+
+    @property
+    def task(self) -> Task:
+        """What is asked of the robot."""
+        return self._core.task
+
+    @property
+    def goal(self) -> FloatArray:
+        """The goals of now in SI units, shape (B, size)."""
+        return self._core.episode.goal.copy()
+
+    @property
+    def physics(self) -> Physics:
+        """The model that moves the robots; its `state` has what sensors can see, and more."""
+        return self._core.physics
+
+    @property
+    def sensors(self) -> Blocks:
+        """Where each sensor stands in an observation, with labels, units, scales and bounds."""
+        return self._core.observer.blocks
+
+    @property
+    def control(self) -> str:
+        """What an action asks for, "increment" or "absolute"."""
+        return self._core.config.control
+
+    @property
+    def control_dt(self) -> float:
+        """Control period [s]."""
+        return self._core.config.control_dt
+
+    @property
+    def action_representation(self) -> Representation:
+        """The maps between actions and joint space."""
+        return self._core.actions.representation
+
+    @property
+    def observation_representation(self) -> Representation:
+        """The maps between observed joint-space blocks and joint space."""
+        return make_representation(self._core.config.of_observations, self.robot)
+
+    def state(self) -> dict[str, Any]:
+        """Return a copy of everything that the future depends on, generators included."""
+        return self._core.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Return to a state of `state()`, bit for bit."""
+        self._core.restore(state)
+
+    def _choose_rendering(self, render_mode: str | None) -> None:
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise ValueError(
+                f"render_mode must be None or one of {list(RENDER_MODES)} here (gym.make adds "
+                f"'rgb_array_list' and 'human'), got {render_mode!r}"
+            )
+        self.render_mode = render_mode
+        self.metadata = {  # type: ignore[misc]
+            **type(self).metadata,
+            "render_fps": self._core.config.render_fps,
+        }
+
+    def _frames(self, rows: Iterable[int]) -> tuple[Any, ...]:
+        """Return pictures or depths of the environments `rows`; nothing without a render mode."""
+        if self.render_mode is None:
+            return ()
+        config, pick = self._core.config, RENDER_MODES.index(self.render_mode)
+        size = (config.render_width, config.render_height)
+        return tuple(pair[pick] for pair in self._core.pictures(size, rows))
+
+
+def check_options(
+    options: dict[str, Any] | None, goal: Goal | None, rows: int
+) -> FloatArray | None:
+    """Return the goals given in reset options.
+
+    Parameters
+    ----------
+    options : dict or None
+    goal : Goal or None
+        The task's.
+    rows : int
+        Environments that are reset.
+
+    Returns
+    -------
+    ndarray of shape (rows, goal size), or None
+
+    Raises
+    ------
+    ValueError
+        If the options hold something else, or impossible goals.
+
+    Examples
+    --------
+    >>> check_options({"goal": [0.0, 0.0, 0.2]}, Goal(("x", "y", "z"), "m", 0.2), 1)
+    array([[0. , 0. , 0.2]])
+    """
+    if not options:
+        return None
+    for name in options:
+        if name != "goal":
+            raise ValueError(
+                f"reset options may hold 'goal' only, got {name!r}{nearest(name, ['goal'])}"
+            )
+    if goal is None:
+        raise ValueError("options['goal'] needs a task with a goal")
+    given = np.asarray(options["goal"], dtype=np.float64)
+    if given.shape not in ((goal.size,), (rows, goal.size)) or not np.isfinite(given).all():
+        raise ValueError(
+            f"options['goal'] must be finite with the shape ({goal.size},) or "
+            f"({rows}, {goal.size}), got {options['goal']!r}"
+        )
+    return np.broadcast_to(given, (rows, goal.size))

@@ -1,0 +1,162 @@
+"""Observations: the concatenation of what sensors read, joint-space blocks first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.batch import Batch
+from clarke_gym.physics.base import RobotState
+from clarke_gym.representations import Representation
+from clarke_gym.representations.codecs import Encoder
+from clarke_gym.robots.joint_vector import Splitter
+from clarke_gym.robots.robot import Robot
+from clarke_gym.sensors import JointSensor, Sensor, TaskSensor
+
+
+@dataclass(frozen=True)
+class Block:
+    """Where a sensor stands in an observation, and what its numbers mean.
+
+    Parameters
+    ----------
+    name : str
+    place : slice
+        Of the observation.
+    labels : tuple of str
+        A name for each entry.
+    unit : str
+        Of the numbers before they are scaled.
+    scale : ndarray
+        What an entry of a task-space block is divided by, shape (1,); for joint space a number for
+        each tendon, shape (N,), in joint space.
+    high : ndarray of float32
+        Bounds of the entries; the lower ones are their negatives.
+    reach : tuple of (float, ndarray of shape (N,)), or None
+        Of a block in joint space, which is written in the representation: largest magnitude of its
+        scaled Clarke coordinates, and of its off-manifold numbers.
+    """
+
+    name: str
+    place: slice
+    labels: tuple[str, ...]
+    unit: str
+    scale: FloatArray
+    high: NDArray[np.float32]
+    reach: tuple[float, FloatArray] | None
+
+
+class Blocks(Mapping[str, Block]):
+    """The sensors of an environment by name, in the order of the observation.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+
+    Examples
+    --------
+    >>> import gymnasium, clarke_gym
+    >>> env = gymnasium.make("clarke_gym/Reach-v0", n_tendons=7, representation="clarke")
+    >>> sensors = env.unwrapped.sensors
+    >>> list(sensors), sensors["goal"].place
+    (['command', 'displacement', 'tip_position', 'goal', 'goal_gap'], slice(7, 10, None))
+    """
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        self._blocks = {block.name: block for block in blocks}
+
+    def __getitem__(self, name: str) -> Block:
+        return self._blocks[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._blocks)
+
+    def __len__(self) -> int:
+        return len(self._blocks)
+
+    def table(self) -> str:
+        """Return a Markdown table with a row for each entry of the observation."""
+        rows = [
+            "| entry | sensor | number | unit | divided by | bound |",
+            "|---|---|---|---|---|---|",
+        ]
+        for block in self.values():
+            scale = np.unique(block.scale.round(12))
+            divided = f"{scale[0]:.6g}" if len(scale) == 1 else "limit of its segment"
+            for k, label in enumerate(block.labels):
+                entry, bound = block.place.start + k, block.high[k]
+                rows.append(
+                    f"| {entry} | {block.name} | {label} | {block.unit} | {divided} | {bound:.6g} |"
+                )
+        return "\n".join(rows)
+
+
+class Observer:
+    """Writes observations.
+
+    Parameters
+    ----------
+    sensors : sequence of Sensor
+    robot : Robot
+    representation : Representation
+        Of joint-space blocks.
+    batch : Batch
+    """
+
+    def __init__(
+        self,
+        sensors: Sequence[Sensor],
+        robot: Robot,
+        representation: Representation,
+        batch: Batch,
+    ) -> None:
+        self._batch, self._splitter = batch, Splitter(robot, batch)
+        self._joint = [sensor for sensor in sensors if isinstance(sensor, JointSensor)]
+        self._task = [sensor for sensor in sensors if isinstance(sensor, TaskSensor)]
+        self._encoder: Encoder | None = None
+        blocks: list[Block] = []
+        end = 0
+        if self._joint:
+            self._encoder = Encoder(
+                representation,
+                robot,
+                [sensor.scale for sensor in self._joint],
+                [sensor.bound for sensor in self._joint],
+                any(sensor.passes for sensor in self._joint),
+            )
+            labels = representation.labels(robot)
+            for sensor in self._joint:
+                place = slice(end, end + representation.size)
+                scale = np.repeat(sensor.scale, robot.n_tendons)
+                high = self._encoder.high[place]
+                blocks.append(
+                    Block(sensor.name, place, labels, sensor.unit, scale, high, sensor.bound)
+                )
+                end = place.stop
+        self._start = end
+        for seen in self._task:
+            place = slice(end, end + len(seen.labels))
+            high = np.full(len(seen.labels), seen.bound, np.float32)
+            scale = np.array([seen.scale])
+            blocks.append(Block(seen.name, place, seen.labels, seen.unit, scale, high, None))
+            end = place.stop
+        self.width = end
+        self.blocks = Blocks(blocks)
+        self.high = np.concatenate([block.high for block in blocks]).astype(np.float32)
+        self._places = [
+            (sensor, self.blocks[sensor.name].place, 1.0 / sensor.scale) for sensor in self._task
+        ]
+
+    def write(self, state: RobotState, goal: FloatArray) -> NDArray[np.float32]:
+        """Return observations as a new array, shape (B, width)."""
+        rows = np.empty((self._batch.size, self.width), np.float32)
+        if self._encoder is not None:
+            vectors = [sensor.vector(state, self._splitter) for sensor in self._joint]
+            self._encoder.write(vectors, rows[:, : self._start])
+        for sensor, place, factor in self._places:
+            rows[:, place] = sensor.read(state, goal) * factor
+        return rows

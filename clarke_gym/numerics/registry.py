@@ -1,0 +1,85 @@
+"""Things by name, and errors that say which names there are."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def nearest(name: object, names: Iterable[str]) -> str:
+    """Return a hint at the most similar name, or nothing where none is similar.
+
+    Examples
+    --------
+    >>> nearest("n_tendon", ["n_tendons", "robot"])
+    "; did you mean 'n_tendons'?"
+    """
+    found = difflib.get_close_matches(str(name), list(names), 1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+class Registry(Generic[T]):
+    """A table that users extend.
+
+    Parameters
+    ----------
+    kind : str
+        What the table holds, for messages.
+
+    Examples
+    --------
+    >>> colours = Registry("colour")
+    >>> colours.register("red", 1)
+    >>> colours["red"], colours.names()
+    (1, ['red'])
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self._entries: dict[str, T] = {}
+
+    def register(self, name: str, entry: T) -> None:
+        """Add an entry.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken by another entry, or is no word of letters, digits and "_".
+        """
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise ValueError(
+                f"a {self.kind} needs a name of letters, digits and '_' that begins with a letter, "
+                f"got {name!r}"
+            )
+        if self._entries.get(name, entry) is not entry:
+            raise ValueError(f"{self.kind} {name!r} is registered already; choose another name")
+        self._entries[name] = entry
+
+    def __getitem__(self, name: str) -> T:
+        """Return an entry.
+
+        Raises
+        ------
+        ValueError
+            If there is none; the message has the nearest name and all of them.
+        """
+        try:
+            return self._entries[name]
+        except (KeyError, TypeError):
+            hint = nearest(name, self._entries)
+            raise ValueError(
+                f"{self.kind} must be one of {self.names()}, got {name!r}{hint}"
+            ) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries
+
+    def names(self) -> list[str]:
+        """Return all names, in the order in which they were registered."""
+        return list(self._entries)

@@ -1,0 +1,24 @@
+"""Sensors: what policies see, block by block."""
+
+from clarke_gym.sensors import joint_space, task_space
+from clarke_gym.sensors.base import (
+    LADDER,
+    SENSORS,
+    JointSensor,
+    Plant,
+    Sensor,
+    TaskSensor,
+    register_sensor,
+)
+
+__all__ = [
+    "LADDER",
+    "SENSORS",
+    "JointSensor",
+    "Plant",
+    "Sensor",
+    "TaskSensor",
+    "joint_space",
+    "register_sensor",
+    "task_space",
+]

@@ -1,0 +1,157 @@
+"""What a sensor is: a block of an observation with a name, labels, a unit and bounds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, TypeVar
+
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.registry import Registry
+from clarke_gym.physics.base import Physics, RobotState
+from clarke_gym.robots.joint_vector import JointVector, Splitter
+from clarke_gym.robots.robot import Robot
+from clarke_gym.tasks.base import Goal
+
+BOUND_MARGIN = 1.0 + 1e-5
+"""Room for float32 rounding between a value and the bound of its space."""
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What a sensor is made for.
+
+    Parameters
+    ----------
+    robot : Robot
+    physics : Physics
+    goal : Goal or None
+        The task's.
+    """
+
+    robot: Robot
+    physics: Physics
+    goal: Goal | None
+
+    @property
+    def margin(self) -> float:
+        """Largest scaled magnitude of what commands bound, with room for rounding."""
+        return BOUND_MARGIN * self.physics.displacement_bound
+
+
+class Sensor:
+    """A block of an observation. Sensors see plain arrays with a row for each robot, in SI units.
+
+    Parameters
+    ----------
+    plant : Plant
+    """
+
+    name: str = ""
+    unit: ClassVar[str] = ""
+    needs: ClassVar[tuple[str, ...]] = ()
+    """Nouns of `RobotState` that not every physics has, e.g. "tension"."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+
+
+class JointSensor(Sensor, ABC):
+    """A number for each tendon; what policies see of it is written in their representation."""
+
+    @property
+    def scale(self) -> FloatArray:
+        """What each segment's numbers are divided by, shape (S,)."""
+        return self.plant.robot.max_clarke
+
+    @property
+    def bound(self) -> tuple[float, FloatArray]:
+        """Largest magnitude of scaled Clarke coordinates, and of off-manifold numbers (N,)."""
+        factor, robot = self.plant.margin, self.plant.robot
+        return factor, factor * robot.max_cocontraction_m / robot.joint_scale
+
+    @property
+    def passes(self) -> bool:
+        """Whether numbers can pass the bounds for a moment, and are clipped there."""
+        return True
+
+    @abstractmethod
+    def read(self, state: RobotState) -> FloatArray:
+        """Return a number for each tendon, shape (B, N), in SI units."""
+
+    def vector(self, state: RobotState, splitter: Splitter) -> JointVector:
+        """Return the same, split by the projector."""
+        return splitter.rows(self.read(state))
+
+
+class TaskSensor(Sensor, ABC):
+    """Numbers that are the same in every representation."""
+
+    @property
+    @abstractmethod
+    def labels(self) -> tuple[str, ...]:
+        """A name for each number."""
+
+    @property
+    @abstractmethod
+    def scale(self) -> float:
+        """What the numbers are divided by."""
+
+    @property
+    def bound(self) -> float:
+        """Largest magnitude of a scaled number."""
+        return self.plant.margin
+
+    @abstractmethod
+    def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
+        """Return the numbers, shape (B, size), in SI units; `goal` is (B, goal size)."""
+
+
+SENSORS: Registry[type[Sensor]] = Registry("sensor")
+"""Sensors by name."""
+
+LADDER = {"tendons": ("displacement",), "tip": ("tip_position", "tip_tangent")}
+"""Names for several sensors together."""
+
+_S = TypeVar("_S", bound=type[Sensor])
+
+
+def register_sensor(name: str) -> Callable[[_S], _S]:
+    """Return a decorator that makes a sensor available in ``sensors="... + name"``.
+
+    Parameters
+    ----------
+    name : str
+        A word of letters, digits and "_".
+
+    Returns
+    -------
+    callable
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is taken, or what is decorated is no `JointSensor` or `TaskSensor`.
+
+    Examples
+    --------
+    >>> @register_sensor("tip_height_doctest")
+    ... class TipHeight(TaskSensor):
+    ...     unit = "m"
+    ...     labels = ("z",)
+    ...     scale = property(lambda self: self.plant.robot.length_m)
+    ...     def read(self, state, goal):
+    ...         return state.tip_position[:, 2:]
+    """
+
+    def register(sensor: _S) -> _S:
+        if not (isinstance(sensor, type) and issubclass(sensor, JointSensor | TaskSensor)):
+            raise TypeError(
+                f"register_sensor decorates a JointSensor or a TaskSensor, got {sensor!r}"
+            )
+        SENSORS.register(name, sensor)
+        sensor.name = name
+        return sensor
+
+    return register

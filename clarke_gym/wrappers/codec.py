@@ -1,0 +1,120 @@
+"""What representation wrappers put on by hand do to actions and observations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from clarke_gym.envs.face import Face
+from clarke_gym.representations import Representation, make_representation
+
+
+def face_of(env: Any, wrapper: str) -> Face:
+    """Return one of our environments under any wrappers, or say that it is none.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+    wrapper : str
+        Who asks.
+
+    Returns
+    -------
+    Face
+
+    Raises
+    ------
+    TypeError
+        If it is another environment.
+
+    Examples
+    --------
+    >>> import gymnasium, clarke_gym
+    >>> face_of(gymnasium.make("clarke_gym/Reach-v0"), "ClarkeAction").robot.n_joints
+    3
+    """
+    face = env.unwrapped
+    if not isinstance(face, Face):
+        raise TypeError(f"{wrapper} needs a clarke_gym environment, got {env!r}")
+    return face
+
+
+class ActionCodec:
+    """Turns actions in a representation into joint-space actions.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment that takes actions in joint space.
+    name : str
+        The representation.
+    wrapper : str
+        Who asks.
+    """
+
+    def __init__(self, env: Any, name: str, wrapper: str) -> None:
+        face = face_of(env, wrapper)
+        if face.action_representation.name != "raw":
+            raise ValueError(
+                f"{wrapper} needs actions in joint space; this environment was made with "
+                f"action_representation={face.action_representation.name!r} already"
+            )
+        self.representation: Representation = make_representation(name, face.robot)
+        self.space = spaces.Box(-1.0, 1.0, (self.representation.size,), np.float32)
+
+    def decode(self, action: ArrayLike) -> NDArray[np.float64]:
+        """Return joint-space actions in double precision, on the manifold to rounding."""
+        return self.representation.decode(np.asarray(action, dtype=np.float64))
+
+
+class ObservationCodec:
+    """Turns joint-space blocks of observations into a representation.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment whose observations are in joint space.
+    name : str
+        The representation.
+    wrapper : str
+        Who asks.
+    """
+
+    def __init__(self, env: Any, name: str, wrapper: str) -> None:
+        face = face_of(env, wrapper)
+        if face.observation_representation.name != "raw":
+            raise ValueError(
+                f"{wrapper} needs observations in joint space; this environment was made with "
+                f"observation_representation={face.observation_representation.name!r} already"
+            )
+        self.representation: Representation = make_representation(name, face.robot)
+        self._joints = face.robot.n_joints
+        reaches = [block.reach for block in face.sensors.values() if block.reach is not None]
+        self._count, self._width = len(reaches), len(reaches) * self._joints
+        bounds = [self.representation.encoded_bound(face.robot, *reach) for reach in reaches]
+        # The margin covers float32 rounding of the encoding.
+        self._high = np.concatenate([[], *((1.0 + 1e-6) * b for b in bounds)]).astype(np.float32)
+
+    def space(self, inner: spaces.Space[Any]) -> spaces.Space[Any]:
+        """Return the space of one environment's encoded observations."""
+        if isinstance(inner, spaces.Dict):
+            box = self.space(inner["observation"])
+            return spaces.Dict({**inner.spaces, "observation": box})
+        assert isinstance(inner, spaces.Box)
+        high = np.concatenate([self._high, inner.high[self._width :]])
+        return spaces.Box(-high, high, dtype=np.float32)
+
+    def encode(self, observation: Any) -> Any:
+        """Return observations with their joint-space blocks encoded, as new arrays."""
+        if isinstance(observation, dict):
+            return {**observation, "observation": self.encode(observation["observation"])}
+        lead = observation.shape[:-1]
+        blocks = observation[..., : self._width].astype(np.float64)
+        blocks = blocks.reshape(*lead, self._count, self._joints)
+        coded = self.representation.encode(blocks).reshape(*lead, len(self._high))
+        coded = np.clip(coded, -self._high, self._high)
+        tail = observation[..., self._width :]
+        return np.concatenate([coded, tail], axis=-1).astype(np.float32)
