@@ -20,6 +20,7 @@ from clarke_gym.numerics.arrays import (
     Array,
     FloatArray,
     as_floating,
+    beside,
     matrix_like,
     parameter,
 )
@@ -246,7 +247,7 @@ class Layout:
         """
         rho = self.from_clarke(rho_bar)
         shorter = parameter(rest_length, rho) - parameter(length, rho)
-        return rho + (shorter if isinstance(shorter, float) else shorter[..., None])
+        return rho + beside(shorter)
 
     def _last(self, array: Array, size: int, name: str) -> Array:
         array = as_floating(array, name)
@@ -290,6 +291,5 @@ def map_design(
     array([ 0.001,  0.   , -0.001,  0.   ])
     """
     bending = source.to_clarke(rho) / source.pitch_radius
-    ratio = parameter(length_ratio, bending)
-    bending = bending * (ratio if isinstance(ratio, float) else ratio[..., None])
+    bending = bending * beside(parameter(length_ratio, bending))
     return target.from_clarke(bending * target.pitch_radius)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ class Disturbance:
     generator of its own seed beside the task's: goals do not depend on what disturbs.
     """
 
+    name: ClassVar[str] = ""
     physics: ClassVar[tuple[str, ...]] = ("constant_curvature", "mujoco")
     """Models that it has a meaning in."""
     numbers: ClassVar[int] = 0
@@ -56,13 +57,11 @@ class Disturbance:
         """Return to a state of `get_state`."""
 
 
-DISTURBANCES: Registry[type[Disturbance]] = Registry("disturbance")
+DISTURBANCES: Registry[Any] = Registry("disturbance")
 """Disturbances by name."""
 
-_D = TypeVar("_D", bound=type[Disturbance])
 
-
-def register_disturbance(name: str) -> Callable[[_D], _D]:
+def register_disturbance(name: str) -> Callable[[Any], Any]:
     """Return a decorator that makes a disturbance available in ``disturbances="... + name"``.
 
     Parameters
@@ -86,11 +85,4 @@ def register_disturbance(name: str) -> Callable[[_D], _D]:
     ...     def step(self, command):
     ...         return 0.9 * command
     """
-
-    def register(disturbance: _D) -> _D:
-        if not (isinstance(disturbance, type) and issubclass(disturbance, Disturbance)):
-            raise TypeError(f"register_disturbance decorates a Disturbance, got {disturbance!r}")
-        DISTURBANCES.register(name, disturbance)
-        return disturbance
-
-    return register
+    return DISTURBANCES.decorator(name, Disturbance)

@@ -21,6 +21,7 @@ from clarke_gym.kinematics.quaternions import Components, product, rotate, split
 from clarke_gym.numerics.arrays import (
     Array,
     Number,
+    beside,
     matrix_like,
     namespace,
     parameter,
@@ -221,8 +222,7 @@ def backbone(bending: Array, lengths: Array, points: int = 16) -> Array:
     curves = [xp.zeros_like(positions[0])[..., None, :]]
     for k in range(len(lengths)):
         part = bending[..., k, None, :] * fractions[:, None]
-        length = lengths[k] if isinstance(lengths[k], float) else lengths[k][..., None]
-        local, _ = segment_pose(part, length * fractions)
+        local, _ = segment_pose(part, beside(lengths[k]) * fractions)
         if k:
             local = positions[k - 1][..., None, :] + rotate(quaternions[k - 1][..., None, :], local)
         curves.append(local)

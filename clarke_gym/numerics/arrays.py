@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from array import array as c_array
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -113,6 +112,11 @@ def parameter(value: Array, like: Array) -> Number:
     return float(array) if array.ndim == 0 else matrix_like(array, like)
 
 
+def beside(number: Number) -> Number:
+    """Return a design number as a factor of vectors: a float, or an array with one more axis."""
+    return number if isinstance(number, float) else number[..., None]
+
+
 def parameters(values: Array, like: Array) -> list[Number]:
     """Return `parameter` of each entry along the last axis: one a segment."""
     if getattr(values, "ndim", 1) > 1:
@@ -125,18 +129,6 @@ def not_finite(action: NDArray[Any]) -> str:
     rows = action.reshape(-1, action.shape[-1])
     row = int(np.argmin((np.abs(rows) < 1e150).all(axis=1)))
     return f"action must be finite, got {rows[row].tolist()} (row {row})"
-
-
-def float32(parts: Sequence[Number]) -> list[Number]:
-    """Return components rounded to single precision; floats stay floats."""
-    if isinstance(parts[0], float):
-        return c_array("f", parts).tolist()
-    return [part.astype(np.float32) for part in parts]
-
-
-def components(rows: NDArray[Any], scalar: bool) -> list[Number]:
-    """Return the columns of a (B, k) array: k floats for the scalar environment, or k arrays."""
-    return rows[0].tolist() if scalar else list(np.ascontiguousarray(rows.T))
 
 
 def from_components(parts: Sequence[Number], dtype: DTypeLike = np.float64) -> NDArray[Any]:

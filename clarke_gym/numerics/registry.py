@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -60,6 +60,24 @@ class Registry(Generic[T]):
         if self._entries.get(name, entry) is not entry:
             raise ValueError(f"{self.kind} {name!r} is registered already; choose another name")
         self._entries[name] = entry
+
+    def decorator(self, name: str, base: type) -> Callable[[T], T]:
+        """Return a decorator that registers a class, and gives it the name.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the name is taken, or what is decorated is no subclass of `base`.
+        """
+
+        def register(entry: T) -> T:
+            if not (isinstance(entry, type) and issubclass(entry, base)):
+                raise TypeError(f"a {self.kind} is a subclass of {base.__name__}, got {entry!r}")
+            self.register(name, entry)
+            entry.name = name  # type: ignore[attr-defined]
+            return entry
+
+        return register
 
     def __getitem__(self, name: str) -> T:
         """Return an entry.

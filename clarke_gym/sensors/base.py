@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.registry import Registry
@@ -108,16 +108,14 @@ class TaskSensor(Sensor, ABC):
         """Return the numbers, shape (B, size), in SI units; `goal` is (B, goal size)."""
 
 
-SENSORS: Registry[type[Sensor]] = Registry("sensor")
+SENSORS: Registry[Any] = Registry("sensor")
 """Sensors by name."""
 
 LADDER = {"tendons": ("displacement",), "tip": ("tip_position", "tip_tangent")}
 """Names for several sensors together."""
 
-_S = TypeVar("_S", bound=type[Sensor])
 
-
-def register_sensor(name: str) -> Callable[[_S], _S]:
+def register_sensor(name: str) -> Callable[[Any], Any]:
     """Return a decorator that makes a sensor available in ``sensors="... + name"``.
 
     Parameters
@@ -144,14 +142,4 @@ def register_sensor(name: str) -> Callable[[_S], _S]:
     ...     def read(self, state, goal):
     ...         return state.tip_position[:, 2:]
     """
-
-    def register(sensor: _S) -> _S:
-        if not (isinstance(sensor, type) and issubclass(sensor, JointSensor | TaskSensor)):
-            raise TypeError(
-                f"register_sensor decorates a JointSensor or a TaskSensor, got {sensor!r}"
-            )
-        SENSORS.register(name, sensor)
-        sensor.name = name
-        return sensor
-
-    return register
+    return SENSORS.decorator(name, Sensor)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,6 +125,8 @@ class Task(ABC):
     generator alone, so environment i of a batch equals the scalar one of its seed.
     """
 
+    name: ClassVar[str] = ""
+    """What `register_task` calls it."""
     sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position")
     """Names of what policies see by default, without the goal."""
     needs: ClassVar[tuple[str, ...]] = ()
@@ -181,13 +183,11 @@ class GoalTask(Task):
         return self.score(self.goal.meant(self.goal.observed(self.achieved(state))), goal)
 
 
-TASKS: Registry[type[Task]] = Registry("task")
+TASKS: Registry[Any] = Registry("task")
 """Tasks by name."""
 
-_T = TypeVar("_T", bound=type[Task])
 
-
-def register_task(name: str) -> Callable[[_T], _T]:
+def register_task(name: str) -> Callable[[Any], Any]:
     """Return a decorator that makes a task available as ``task=name``.
 
     Parameters
@@ -214,11 +214,4 @@ def register_task(name: str) -> Callable[[_T], _T]:
     ...         still = np.linalg.norm(state.tip_position[:, :2], axis=1)
     ...         return Outcome(-still, still < 0.01)
     """
-
-    def register(task: _T) -> _T:
-        if not (isinstance(task, type) and issubclass(task, Task)):
-            raise TypeError(f"register_task decorates a subclass of Task, got {task!r}")
-        TASKS.register(name, task)
-        return task
-
-    return register
+    return TASKS.decorator(name, Task)

@@ -114,8 +114,8 @@ class ClarkeAction(RepresentationAction, RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
+        RecordConstructorArgs.__init__(self)  # the first record stays: a spec names no argument
         super().__init__(env, "clarke")
-        RecordConstructorArgs.__init__(self)
 
 
 class ClarkeObservation(RepresentationObservation, RecordConstructorArgs):
@@ -128,5 +128,5 @@ class ClarkeObservation(RepresentationObservation, RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
+        RecordConstructorArgs.__init__(self)  # the first record stays: a spec names no argument
         super().__init__(env, "clarke")
-        RecordConstructorArgs.__init__(self)

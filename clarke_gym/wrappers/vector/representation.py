@@ -18,7 +18,16 @@ from clarke_gym.wrappers.codec import ActionCodec, ObservationCodec
 _VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
 
 
-class RepresentationAction(gym.vector.VectorWrapper):
+class _Layer(gym.vector.VectorWrapper):
+    """A layer that shows everything of the environment that it does not change."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "env":
+            raise AttributeError(f"accessing private attribute {name!r} is prohibited")
+        return getattr(self.env, name)
+
+
+class RepresentationAction(_Layer):
     """Act in a representation of joint space.
 
     Parameters
@@ -50,7 +59,7 @@ class RepresentationAction(gym.vector.VectorWrapper):
         return self.env.step(self._codec.decode(actions))
 
 
-class RepresentationObservation(gym.vector.VectorWrapper):
+class RepresentationObservation(_Layer):
     """Observe joint space in a representation.
 
     Parameters
