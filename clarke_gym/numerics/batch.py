@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from operator import mul
+from operator import add, mul
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -287,25 +287,14 @@ class Factors:
     """
 
     def __init__(self, factors: FloatArray) -> None:
-        self._floats, self._column = factors.tolist(), factors[:, None].copy()
-        self._scratch = np.empty((len(factors), 0))
+        self._floats, self.column = factors.tolist(), factors[:, None].copy()
 
     def times(self, off: Any) -> Any:
         """Return numbers times their factors; arrays are changed."""
         if isinstance(off, list):
             return list(map(mul, off, self._floats))
-        off *= self._column
+        off *= self.column
         return off
-
-    def add_to(self, out: NDArray[Any], off: Any) -> None:
-        """Add numbers times their factors to the columns of an array (B, N)."""
-        if isinstance(off, list):
-            out[0] += list(map(mul, off, self._floats))
-        else:
-            # Fresh memory for large batches costs more than the products.
-            if self._scratch.shape != off.shape:
-                self._scratch = np.empty(off.shape)
-            out += np.multiply(off, self._column, out=self._scratch).T
 
 
 def slope(start: Any, end: Any, duration: float) -> Any:
@@ -400,18 +389,25 @@ class PairMap:
         self._scratch = np.empty((2, 0, 0))
         self._floats = [(2 * s, x, y) for s, d in enumerate(decoders) for x, y in d.tolist()]
 
-    def into(self, parts: Components, out: NDArray[Any]) -> None:
-        """Write the numbers of all segments into an array (B, N).
+    def into(
+        self, parts: Components, out: NDArray[Any], off: Any = None, factors: Factors | None = None
+    ) -> None:
+        """Write the numbers of all segments, and what is off the manifold, into an array (B, N).
 
         Without BLAS, whose single-precision kernels give rows other bits than their neighbours.
         """
         if isinstance(parts[0], float):
-            out[0] = [x * parts[k] + y * parts[k + 1] for k, x, y in self._floats]
+            numbers = [x * parts[k] + y * parts[k + 1] for k, x, y in self._floats]
+            if off is not None and factors is not None:
+                numbers = list(map(add, numbers, factors.times(off)))
+            out[0] = numbers
             return
         for s, (place, x, y) in enumerate(self._arrays):
             onto, more = self._room(len(self._floats), len(out))[:, place]
             np.multiply(x, parts[2 * s], out=onto)
             onto += np.multiply(y, parts[2 * s + 1], out=more)
+            if off is not None and factors is not None:
+                onto += np.multiply(off[place], factors.column[place], out=more)
             out[:, place] = onto.T
 
     def _room(self, width: int, count: int) -> FloatArray:

@@ -123,25 +123,24 @@ class Encoder:
             for k, (start, stop) in enumerate(itertools.pairwise(ends))
         ]
         onto = encoder @ robot.decoder
-        pieces = [onto[place] / scale[k] for scale in scales for k, place in enumerate(places)]
+        pieces = [[onto[place] / scale[k] for k, place in enumerate(places)] for scale in scales]
         residual = encoder - encoder @ robot.decoder @ robot.encoder
         self._sees_off = bool(np.abs(residual).max() > _TINY)
         raw = np.array_equal(encoder, np.eye(len(encoder)))
         self._off_map = None if raw else encoder.T.copy()
         self._blocks = [
-            (slice(b * size, (b + 1) * size), Factors(1.0 / np.repeat(scale, robot.n_tendons)))
+            (
+                slice(b * size, (b + 1) * size),
+                PairMap(pieces[b]),
+                Factors(1.0 / np.repeat(scale, robot.n_tendons)),
+            )
             for b, scale in enumerate(scales)
         ]
-        self._map: DiagonalMap | PairMap = PairMap(pieces)
         # Axes along those of the Clarke coordinates need no sums.
-        if not (self._sees_off or representation.polar):
-            diagonals = [np.diag(piece) for piece in pieces]
-            if all(
-                piece.shape == (2, 2)
-                and np.abs(piece - np.diag(diagonal)).max() < _TINY * diagonal.max()
-                for piece, diagonal in zip(pieces, diagonals, strict=True)
-            ):
-                self._map = DiagonalMap(np.concatenate(diagonals).tolist())
+        self._diagonal = None
+        if not (self._sees_off or representation.polar) and _along_axes(pieces):
+            numbers = [np.diag(piece) for block in pieces for piece in block]
+            self._diagonal = DiagonalMap(np.concatenate(numbers).tolist())
 
     def write(self, vectors: Sequence[JointVector], out: NDArray[np.float32]) -> None:
         """Write the vectors of all blocks into an array (B, width).
@@ -152,20 +151,32 @@ class Encoder:
             One a block, in the units of the scales.
         out : ndarray of float32, shape (B, width)
         """
-        parts = vectors[0].parts
-        for vector in vectors[1:]:
-            parts = parts + vector.parts
-        self._map.into(parts, out)
-        if self._sees_off:
-            for vector, (block, factors) in zip(vectors, self._blocks, strict=True):
-                if vector.off_manifold is None:
-                    continue
-                if self._off_map is None:
-                    factors.add_to(out[:, block], vector.off_manifold)
+        if self._diagonal is not None:
+            parts = vectors[0].parts
+            for vector in vectors[1:]:
+                parts = parts + vector.parts
+            self._diagonal.into(parts, out)
+        else:
+            for vector, (place, pairs, factors) in zip(vectors, self._blocks, strict=True):
+                off, block = vector.off_manifold, out[:, place]
+                if off is None or not self._sees_off:
+                    pairs.into(vector.parts, block)
+                elif self._off_map is None:
+                    pairs.into(vector.parts, block, off, factors)
                 else:
-                    off = array_of(factors.times(copied(vector.off_manifold)))
-                    out[:, block] += map_rows(off, self._off_map)
+                    pairs.into(vector.parts, block)
+                    block += map_rows(array_of(factors.times(copied(off))), self._off_map)
         if self.representation.polar:
             to_polar(out)
         if self._clips:
             np.minimum(np.maximum(out, -self.high, out=out), self.high, out=out)
+
+
+def _along_axes(pieces: Sequence[Sequence[FloatArray]]) -> bool:
+    """Return whether all maps of pairs are diagonal."""
+    return all(
+        piece.shape == (2, 2)
+        and np.abs(piece - np.diag(np.diag(piece))).max() < _TINY * np.abs(piece).max()
+        for block in pieces
+        for piece in block
+    )
