@@ -21,7 +21,8 @@ def names_in_first_column(heading):
 def test_keyword_table_is_complete():
     said = names_in_first_column("| keyword | default | meaning |\n")
     entry = set(inspect.signature(make_vector_env).parameters) - {"keywords"}
-    assert said == {name for name, _ in all_keywords()} | entry
+    ours = {name for name, owner in all_keywords() if "test_" not in owner}
+    assert said == ours | entry
 
 
 def test_every_id_and_representation_is_named():

@@ -178,10 +178,9 @@ class EnvCore:
         for name, term in outcome.terms.items():
             info[f"reward_{name}"] = term
         off = self._command.off_manifold
-        if off is None:
-            info["off_manifold_m"] = np.zeros(self.batch.size)
-        else:
-            info["off_manifold_m"] = each(largest_magnitude(off))
+        info["off_manifold_m"] = (
+            np.zeros(self.batch.size) if off is None else each(largest_magnitude(off))
+        )
         info["diverged"] = state.diverged.copy()
         return outcome, ended, info
 

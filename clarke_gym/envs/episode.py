@@ -64,6 +64,7 @@ class Episode:
         self._prepared = [np.zeros((num_envs, BLOCK, *part.shape[1:])) for part in parts]
         self._parameters = np.zeros((num_envs, parts[2].shape[1]))
         self._moves = type(task).advance is not Task.advance
+        self._plain = type(task).draw is Task.draw
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.begun = False
         size = self._parameters.shape[1] if task.goal is None else task.goal.size
@@ -136,6 +137,9 @@ class Episode:
                 self.seed(index, None)
             generator = self.generators[index]
             assert generator is not None
+            if self._plain:  # the same numbers in one call
+                generator.random(out=self._numbers[index])
+                continue
             for k in range(BLOCK):
                 self._numbers[index, k] = self._task.draw(generator)
         self._prepare_rows(rows)

@@ -8,7 +8,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import Number
-from clarke_gym.numerics.batch import Factors, added, bounded, difference, shortened
+from clarke_gym.numerics.batch import Factors, added, bounded, copied, difference, shortened
 from clarke_gym.robots import Robot
 from clarke_gym.robots.joint_vector import JointVector
 
@@ -79,6 +79,10 @@ class CommandLimits:
             asked = self._off_scales.times(asked)
         if self._absolute and held is not None:
             asked = difference(asked, held)
-        if asked is None:
-            return held
-        return bounded(added(bounded(asked, self._off_step), held), self._most_off)
+        if asked is not None:
+            asked = added(bounded(asked, self._off_step), held)
+        elif held is None:
+            return None
+        else:  # a row beside others that ask for something goes this way, too
+            asked = copied(held)
+        return bounded(asked, self._most_off)

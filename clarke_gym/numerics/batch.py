@@ -239,11 +239,17 @@ def largest_magnitude(off: Any) -> Number:
 
 
 def bounded(off: Any, limit: float) -> Any:
-    """Return numbers scaled down until none of a robot's passes `limit`; arrays are changed."""
-    if isinstance(off, list):
-        scale = limit / max(max(off), -min(off), limit)
-        return off if scale == 1.0 else [x * scale for x in off]
+    """Return numbers scaled down until none of a robot's passes `limit`; arrays are changed.
+
+    Examples
+    --------
+    >>> bounded([0.5, -4.0], 2.0)
+    [0.25, -2.0]
+    """
     largest = largest_magnitude(off)
+    if isinstance(off, list):
+        scale = limit / largest if largest > limit else 1.0
+        return off if scale == 1.0 else [x * scale for x in off]
     if largest.max() > limit:
         off *= limit / np.maximum(largest, limit)
     return off

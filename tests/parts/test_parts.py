@@ -9,6 +9,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
 import clarke_gym
+from clarke_gym.representations import REPRESENTATIONS
 from clarke_gym.robots.scene import Capsule, Scene
 
 BAR = Capsule((0.04, -0.2, 0.13), (0.04, 0.2, 0.13), 0.01)
@@ -274,7 +275,8 @@ def test_names_are_registered_once():
         clarke_gym.register_task("test_function")(no_task)
 
 
-def test_a_representation_must_be_what_the_registry_says():
+def test_a_representation_must_be_what_the_registry_says(monkeypatch):
+    monkeypatch.setattr(REPRESENTATIONS, "_entries", dict(REPRESENTATIONS._entries))
     clarke_gym.register_representation("test_transposed", lambda segment: segment.matrices)
     with pytest.raises(ValueError, match=r"shapes \(5, k\) and \(k, 5\)"):
         gym.make("clarke_gym/Reach-v0", n_tendons=5, representation="test_transposed")
