@@ -53,7 +53,7 @@ class ManifoldInterface:
         if not isinstance(face, Face):
             raise TypeError(f"a controller needs a clarke_gym environment, got {env!r}")
         goal = face.task.goal
-        if goal is None or goal.size != 3 or goal.unit != "m":
+        if goal is None or not goal.is_position:
             raise ValueError(
                 f"the controllers steer the tip to a position; {type(face.task).__name__} asks "
                 "for something else"
@@ -64,7 +64,7 @@ class ManifoldInterface:
         self.robot, self.control_dt = face.robot, face.control_dt
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
-        self._goal_scale = goal.scale
+        self._goal_scale = goal.divisor
         self._action = _written_in(
             env, (RepresentationAction, VectorAction), face.action_representation
         )

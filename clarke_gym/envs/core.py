@@ -98,11 +98,11 @@ class EnvCore:
         if names is None:
             names = self.task.sensors
             if goal is not None and not config.goal_env:
-                position = goal.size == 3 and goal.unit == "m"
-                names = (*names, "goal", "goal_gap") if position else (*names, "goal")
+                compared = isinstance(self.task, GoalTask)
+                names = (*names, "goal", "goal_gap") if compared else (*names, "goal")
         elif goal is not None and not config.goal_env and "goal" not in names:
             names = (*names, "goal")
-        plant = Plant(self.robot, self.physics, goal)
+        plant = Plant(self.robot, self.physics, self.task)
         for name in names:
             for noun in SENSORS[name].needs:
                 if noun not in self.physics.OFFERS:
@@ -227,7 +227,7 @@ class EnvCore:
         curves, load = self.physics.backbone(points), self._tendon_load()
         success = self.evaluate()[0].success
         goal = self.task.goal
-        position = goal is not None and goal.size >= 3 and goal.unit == "m"
+        position = goal is not None and goal.size >= 3 and goal.unit.startswith("m")
         for row in rows:
             shown = self.episode.goal[row, :3] if position else None
             yield self._picture.draw(curves[row], points, load[row], shown, bool(success[row]))

@@ -86,8 +86,10 @@ class Blocks(Mapping[str, Block]):
         ]
         for block in self.values():
             scale = np.unique(block.scale.round(12))
-            divided = f"{scale[0]:.6g}" if len(scale) == 1 else "limit of its segment"
             for k, label in enumerate(block.labels):
+                divided = f"{scale[0]:.6g}" if len(scale) == 1 else "limit of its segment"
+                if block.reach is None:
+                    divided = f"{block.scale[min(k, len(block.scale) - 1)]:.6g}"
                 entry, bound = block.place.start + k, block.high[k]
                 rows.append(
                     f"| {entry} | {block.name} | {label} | {block.unit} | {divided} | {bound:.6g} |"
@@ -141,7 +143,7 @@ class Observer:
         for seen in self._task:
             place = slice(end, end + len(seen.labels))
             high = np.full(len(seen.labels), seen.bound, np.float32)
-            scale = np.array([seen.scale])
+            scale = np.atleast_1d(seen.scale)
             blocks.append(Block(seen.name, place, seen.labels, seen.unit, scale, high, None))
             end = place.stop
         self.width = end

@@ -12,7 +12,7 @@ from clarke_gym.numerics.registry import Registry
 from clarke_gym.physics.base import Physics, RobotState
 from clarke_gym.robots.joint_vector import JointVector, Splitter
 from clarke_gym.robots.robot import Robot
-from clarke_gym.tasks.base import Goal
+from clarke_gym.tasks.base import Task
 
 BOUND_MARGIN = 1.0 + 1e-5
 """Room for float32 rounding between a value and the bound of its space."""
@@ -26,13 +26,12 @@ class Plant:
     ----------
     robot : Robot
     physics : Physics
-    goal : Goal or None
-        The task's.
+    task : Task
     """
 
     robot: Robot
     physics: Physics
-    goal: Goal | None
+    task: Task
 
     @property
     def margin(self) -> float:
@@ -95,8 +94,8 @@ class TaskSensor(Sensor, ABC):
 
     @property
     @abstractmethod
-    def scale(self) -> float:
-        """What the numbers are divided by."""
+    def scale(self) -> float | FloatArray:
+        """What the numbers are divided by: all, or each, shape (size,)."""
 
     @property
     def bound(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import RobotState
 from clarke_gym.sensors.base import BOUND_MARGIN, Plant, TaskSensor, register_sensor
-from clarke_gym.tasks.base import Goal
+from clarke_gym.tasks.base import Goal, GoalTask
 
 BACKBONE_POINTS = 4
 """Points a segment that the sensor "backbone" sees."""
@@ -126,10 +126,10 @@ class ContactForce(TaskSensor):
 class _OfGoal(TaskSensor):
     def __init__(self, plant: Plant) -> None:
         super().__init__(plant)
-        if plant.goal is None:
+        if plant.task.goal is None:
             raise ValueError(f"sensor {self.name!r} needs a task with a goal")
-        self._goal: Goal = plant.goal
-        self.unit = plant.goal.unit  # type: ignore[misc]
+        self._goal: Goal = plant.task.goal
+        self.unit = self._goal.unit  # type: ignore[misc]
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -137,9 +137,10 @@ class _OfGoal(TaskSensor):
         return self._goal.labels
 
     @property
-    def scale(self) -> float:
+    def scale(self) -> float | FloatArray:
         """That of the goal."""
-        return self._goal.scale
+        scale: float | FloatArray = self._goal.divisor
+        return scale
 
     @property
     def bound(self) -> float:
@@ -159,12 +160,13 @@ class GoalSensor(_OfGoal):
 
 @register_sensor("goal_gap")
 class GoalGap(_OfGoal):
-    """From the tip to a goal position."""
+    """From what is achieved to the goal."""
 
     def __init__(self, plant: Plant) -> None:
         super().__init__(plant)
-        if self._goal.size != 3 or self._goal.unit != "m":
-            raise ValueError("sensor 'goal_gap' needs a task whose goal is a position")
+        if not isinstance(plant.task, GoalTask):
+            raise ValueError("sensor 'goal_gap' needs a task that compares its goal (GoalTask)")
+        self._achieved = plant.task.achieved
 
     @property
     def bound(self) -> float:
@@ -172,5 +174,5 @@ class GoalGap(_OfGoal):
         return 2.0 * super().bound
 
     def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
-        """Return the gaps [m]."""
-        return goal - state.tip_position
+        """Return the gaps."""
+        return goal - self._achieved(state)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -51,9 +52,9 @@ class Goal:
     labels : tuple of str
         A name for each number.
     unit : str
-        Of all of them.
-    scale : float
-        What they are divided by where policies see them.
+        Of all of them, or of groups, e.g. "m, 1".
+    scale : float or tuple of float
+        What they are divided by where policies see them: all, or each.
     bound : float
         Largest magnitude of a number that policies see.
 
@@ -66,21 +67,31 @@ class Goal:
 
     labels: tuple[str, ...]
     unit: str
-    scale: float
+    scale: float | tuple[float, ...]
     bound: float = 1.0
 
-    @property
+    @cached_property
     def size(self) -> int:
         """How many numbers."""
         return len(self.labels)
 
+    @cached_property
+    def divisor(self) -> Any:
+        """The scale in double precision: a number, or an array (size,)."""
+        return np.asarray(self.scale, np.float64)[()]
+
+    @property
+    def is_position(self) -> bool:
+        """Whether a controller that steers the tip to a point can reach it."""
+        return self.size == 3 and self.unit == "m"
+
     def observed(self, goal: FloatArray) -> Float32Array:
         """Return goals in SI units (B, size) as policies see them."""
-        return (goal / self.scale).astype(np.float32)
+        return (goal / self.divisor).astype(np.float32)
 
     def meant(self, observed: Float32Array) -> FloatArray:
         """Return what observed goals say, in SI units."""
-        meant: FloatArray = observed * np.float64(self.scale)
+        meant: FloatArray = observed * self.divisor
         return meant
 
 
