@@ -191,10 +191,9 @@ class EnvCore:
         if not self.config.goal_env:
             return observation
         assert isinstance(self.task, GoalTask)
-        achieved = self.task.goal.observed(self.task.achieved(state))
         return {
             "observation": observation,
-            "achieved_goal": seen(achieved),
+            "achieved_goal": seen(self.task.seen(state)[0].copy()),
             "desired_goal": seen(self.episode.observed_goal.copy()),
         }
 

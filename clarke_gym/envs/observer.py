@@ -149,9 +149,7 @@ class Observer:
         self.width = end
         self.blocks = Blocks(blocks)
         self.high = np.concatenate([block.high for block in blocks]).astype(np.float32)
-        self._places = [
-            (sensor, self.blocks[sensor.name].place, 1.0 / sensor.scale) for sensor in self._task
-        ]
+        self._places = [(sensor, self.blocks[sensor.name].place) for sensor in self._task]
 
     def write(self, state: RobotState, goal: FloatArray) -> NDArray[np.float32]:
         """Return observations as a new array, shape (B, width)."""
@@ -159,6 +157,6 @@ class Observer:
         if self._encoder is not None:
             vectors = [sensor.vector(state, self._splitter) for sensor in self._joint]
             self._encoder.write(vectors, rows[:, : self._start])
-        for sensor, place, factor in self._places:
-            rows[:, place] = sensor.read(state, goal) * factor
+        for sensor, place in self._places:
+            rows[:, place] = sensor.observed(state, goal)
         return rows

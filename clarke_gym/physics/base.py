@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
@@ -94,6 +94,13 @@ class RobotState:
         self._physics, self._tip, self._quaternion = physics, tip, quaternion
         self.displacement_vector = self.command_vector = displacement
         self.diverged = diverged
+        self._known: dict[str, Any] = {}
+
+    def once(self, name: str, compute: Callable[[RobotState], Any]) -> Any:
+        """Return what a function says of this state, computed once and kept under a name."""
+        if name not in self._known:
+            self._known[name] = compute(self)
+        return self._known[name]
 
     @property
     def robot(self) -> Robot:

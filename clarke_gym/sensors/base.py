@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from clarke_gym.numerics.arrays import FloatArray
@@ -105,6 +106,14 @@ class TaskSensor(Sensor, ABC):
     @abstractmethod
     def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
         """Return the numbers, shape (B, size), in SI units; `goal` is (B, goal size)."""
+
+    @cached_property
+    def _factor(self) -> float | FloatArray:
+        return 1.0 / self.scale
+
+    def observed(self, state: RobotState, goal: FloatArray) -> FloatArray:
+        """Return the numbers as policies see them."""
+        return self.read(state, goal) * self._factor
 
 
 SENSORS: Registry[Any] = Registry("sensor")

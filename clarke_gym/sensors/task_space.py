@@ -166,7 +166,7 @@ class GoalGap(_OfGoal):
         super().__init__(plant)
         if not isinstance(plant.task, GoalTask):
             raise ValueError("sensor 'goal_gap' needs a task that compares its goal (GoalTask)")
-        self._achieved = plant.task.achieved
+        self._seen = plant.task.seen
 
     @property
     def bound(self) -> float:
@@ -175,4 +175,9 @@ class GoalGap(_OfGoal):
 
     def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
         """Return the gaps."""
-        return goal - self._achieved(state)
+        return goal - self._seen(state)[1]
+
+    def observed(self, state: RobotState, goal: FloatArray) -> FloatArray:
+        """Return the difference of what policies see, to the bit."""
+        achieved = self._seen(state)[0]
+        return np.subtract(self._goal.observed(goal), achieved, dtype=np.float64)

@@ -189,9 +189,18 @@ class GoalTask(Task):
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
         """Return the outcome of achieved and desired goals in SI units, both (B, size)."""
 
+    def seen(self, state: RobotState) -> tuple[Float32Array, FloatArray]:
+        """Return what is achieved as policies see it, and what that says in SI units."""
+        seen: tuple[Float32Array, FloatArray] = state.once("achieved", self._seen)
+        return seen
+
+    def _seen(self, state: RobotState) -> tuple[Float32Array, FloatArray]:
+        observed = self.goal.observed(self.achieved(state))
+        return observed, self.goal.meant(observed)
+
     def evaluate(self, state: RobotState, goal: FloatArray) -> Outcome:
         """Return the outcome of what is achieved."""
-        return self.score(self.goal.meant(self.goal.observed(self.achieved(state))), goal)
+        return self.score(self.seen(state)[1], goal)
 
 
 TASKS: Registry[Any] = Registry("task")
