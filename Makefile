@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install compare test check format build docs benchmark clean
+.PHONY: help install compare test attack check format build docs benchmark clean
 
 help:  ## list the targets
 	@grep -E '^[a-z_]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,6 +27,9 @@ compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3
 test: $(STAMP)  ## the whole test suite
 	@echo "==> running the tests"
 	@$(BIN)/python -m pytest -n auto
+
+attack: $(STAMP)  ## attacks on run folders in their long form, with figures (at most 30 minutes)
+	@ATTACK=long $(BIN)/python -m pytest tests/attack -s --durations=10
 
 check: $(STAMP)  ## ruff, mypy and the rules of imports
 	@$(BIN)/ruff check .

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +17,10 @@ RUNS = Path("runs")
 
 @dataclass
 class Train:
-    """Train one policy and write its run folder; a second call resumes or keeps what is done."""
+    """Train one policy and write its run folder; a second call resumes or keeps what is done.
+
+    A finished run goes on with a larger total_steps; its result is kept beside.
+    """
 
     config: Path = Path("configs/train/reach_clarke.yaml")
     """YAML file of the run (see configs/train)."""
@@ -24,6 +30,8 @@ class Train:
     """Run folder; by default runs/train/<name>/seed_NN."""
     set: dict[str, str] = field(default_factory=dict)
     """Other settings, e.g. --set env.kwargs.n_tendons 7 total_steps 20480."""
+    plugins: list[str] = field(default_factory=list)
+    """Modules that the configuration may import; it cannot run code that is not named here."""
 
 
 @dataclass
@@ -37,20 +45,24 @@ class Evaluate:
     clarke_controller, clarke_pid, clarke_model_only, resolved_rate."""
     goals: int = 100
     """Number of held-out goals."""
+    plugins: list[str] = field(default_factory=list)
+    """Modules that the configuration may import; it cannot run code that is not named here."""
 
 
 @dataclass
 class Play:
-    """Write an animated picture of held-out episodes of a trained run."""
+    """Write an animation of held-out episodes of a trained run."""
 
     run: Path
     """Run folder of a finished training."""
     out: Path = Path("play.gif")
-    """The GIF to write; an existing file is kept."""
+    """The .gif or .mp4 to write; an existing file is kept."""
     agent: str = "policy"
     """As in evaluate."""
     episodes: int = 3
     """Held-out episodes to show."""
+    plugins: list[str] = field(default_factory=list)
+    """Modules that the configuration may import; it cannot run code that is not named here."""
 
 
 @dataclass
@@ -65,6 +77,8 @@ class Study:
     """Study folder; by default runs/<name>."""
     set: dict[str, str] = field(default_factory=dict)
     """Other settings, e.g. --set base.total_steps 20480."""
+    plugins: list[str] = field(default_factory=list)
+    """Modules that the configuration may import; it cannot run code that is not named here."""
 
 
 @dataclass
@@ -86,16 +100,30 @@ Command = (
 )
 
 
+class Terminated(BaseException):
+    """SIGTERM has come."""
+
+
+def _found(config: Path) -> Path:
+    """Return a configuration's path; the shipped ones are found from any folder."""
+    from agents.files import ROOT
+
+    shipped = ROOT / config
+    return shipped if not config.exists() and shipped.exists() else config
+
+
 def _train(command: Train) -> int:
-    from agents.files import run_folder
+    from agents.files import ConfigError, run_folder
     from agents.learning.config import TrainConfig, load_config
     from agents.learning.training import train
     from agents.studies.study import progress_bar
 
     overrides = dict(command.set)
     if command.seed is not None:
+        if "seed" in overrides:
+            raise ConfigError("the seed is given twice: by --seed and by --set seed")
         overrides["seed"] = str(command.seed)
-    config = load_config(TrainConfig, command.config, overrides)
+    config = load_config(TrainConfig, _found(command.config), overrides)
     folder = command.out or run_folder(RUNS / "train", config.name, config.seed)
     with progress_bar(config.total_steps) as bar:
         fresh = train(config, folder, bar.update)
@@ -123,11 +151,16 @@ def _study(command: Study) -> int:
     from agents.studies.config import StudyConfig
     from agents.studies.study import run_study
 
-    config = load_config(StudyConfig, command.config, dict(command.set))
+    config = load_config(StudyConfig, _found(command.config), dict(command.set))
     folder = command.out or RUNS / config.name
-    failures = run_study(config, folder, command.workers)
-    print(f"study {folder}: {failures} runs failed" if failures else f"study {folder}: complete")
-    return 1 if failures else 0
+    if command.workers is not None and command.workers < 1:
+        raise ValueError(f"--workers must be at least 1, got {command.workers}")
+    ends = run_study(config, folder, command.workers)
+    lost = [f"{ends[kind]} runs {kind}" for kind in ("failed", "unfinished") if ends[kind]]
+    if ends["unfinished"]:
+        lost.append("the same command continues them")
+    print(f"study {folder}: {'; '.join(lost) or 'complete'}")
+    return 1 if lost else 0
 
 
 def _report(command: Report) -> int:
@@ -137,25 +170,75 @@ def _report(command: Report) -> int:
     return 0
 
 
-def main() -> int:
-    """Run the command line; expected errors are one line, not a traceback."""
-    command: Train | Evaluate | Play | Study | Report = tyro.cli(Command, description=__doc__)
-    from agents.files import ConfigError
+def _merged(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with every --set in one, since the parser keeps the last alone.
 
+    Raises
+    ------
+    ValueError
+        If a setting is given twice.
+
+    Examples
+    --------
+    >>> _merged(["train", "--set", "seed", "3", "--out", "x", "--set", "name", "a"])
+    ['train', '--out', 'x', '--set', 'seed', '3', 'name', 'a']
+    """
+    rest: list[str] = []
+    settings: list[str] = []
+    target = rest
+    for argument in arguments:
+        if argument.startswith("--"):
+            target = settings if argument == "--set" else rest
+            if target is settings:
+                continue
+        target.append(argument)
+    keys = settings[::2]
+    if twice := sorted({key for key in keys if keys.count(key) > 1}):
+        raise ValueError(f"--set gives {', '.join(twice)} twice")
+    return [*rest, "--set", *settings] if settings else rest
+
+
+def _run(arguments: Sequence[str]) -> int:
+    command: Train | Evaluate | Play | Study | Report = tyro.cli(
+        Command, args=_merged(arguments), description=__doc__
+    )
+    if not isinstance(command, Report):
+        from agents.plugins import allow_plugins
+
+        allow_plugins(command.plugins)
+    match command:
+        case Train():
+            return _train(command)
+        case Evaluate():
+            return _evaluate(command)
+        case Play():
+            return _play(command)
+        case Study():
+            return _study(command)
+        case Report():
+            return _report(command)
+
+
+def _terminate(number: int, frame: object) -> None:
+    del number, frame
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once is enough
+    raise Terminated
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; expected errors are one line, not a traceback."""
+    signal.signal(signal.SIGTERM, _terminate)
     try:
-        match command:
-            case Train():
-                return _train(command)
-            case Evaluate():
-                return _evaluate(command)
-            case Play():
-                return _play(command)
-            case Study():
-                return _study(command)
-            case Report():
-                return _report(command)
-    except (ConfigError, RuntimeError, ValueError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        return _run(sys.argv[1:] if arguments is None else arguments)
+    except (KeyboardInterrupt, Terminated) as stop:
+        print("stopped; the same command continues from the last checkpoint", file=sys.stderr)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        # Threads and processes of libraries have nothing left to do that could be waited for.
+        os._exit(130 if isinstance(stop, KeyboardInterrupt) else 143)
+    except (RuntimeError, ValueError, OSError, MemoryError, ImportError) as error:
+        text = " ".join(str(error).split()) or type(error).__name__
+        print(f"error: {text}", file=sys.stderr)
         return 2
 
 

@@ -1,7 +1,8 @@
 """Plug-ins: modules of the user that a configuration names, imported before anything is made.
 
 Importing one registers what it adds (a task, a robot, a representation). Modules are found in the
-working directory, then wherever Python finds modules. They are code: name only modules you trust.
+working directory, then wherever Python finds modules. They are code, and configurations come from
+anywhere: so a configuration's plug-ins are imported only if the command line names them as well.
 """
 
 from __future__ import annotations
@@ -13,6 +14,18 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from agents.files import ConfigError
+
+_allowed: set[str] = set()
+
+
+def allow_plugins(names: Iterable[str]) -> None:
+    """Let configurations name these modules; the command line does it for those of --plugins."""
+    _allowed.update(names)
+
+
+def allowed_plugins() -> list[str]:
+    """Return what `allow_plugins` was given, for processes that work for this one."""
+    return sorted(_allowed)
 
 
 def import_plugins(names: Iterable[str]) -> dict[str, str | None]:
@@ -31,9 +44,14 @@ def import_plugins(names: Iterable[str]) -> dict[str, str | None]:
     Raises
     ------
     ConfigError
-        If a module cannot be imported, whatever it raised.
+        If a module is not among the allowed, or cannot be imported, whatever it raised.
     """
     names = list(names)
+    if strange := [name for name in names if name not in _allowed]:
+        raise ConfigError(
+            f"the configuration names the plug-ins {strange}, which are code that would run; "
+            f"if you trust them, add --plugins {' '.join(strange)}"
+        )
     here = str(Path.cwd())
     if names and here not in sys.path:
         sys.path.insert(0, here)

@@ -12,10 +12,16 @@ import importlib.util
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
+
+Count = Annotated[int, Field(gt=0, le=1_000_000)]
+"""A number of things held in memory or done one after the other; more of them is a slip."""
+
+Layers = Annotated[list[Annotated[int, Field(gt=0, le=4_096)]], Field(max_length=8)]
+"""Sizes of hidden layers; larger ones than these do not fit a CPU's minutes."""
 
 PositiveFloat = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
@@ -36,13 +42,19 @@ class Settings(Model):
         """Return the environment steps between two updates of the policy."""
         raise NotImplementedError
 
+    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+        """Return what of these settings does not go with the environments."""
+        del num_envs, goal_env
+        return []
+
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
         """Return the keyword arguments of the class.
 
         Parameters
         ----------
         sizes : dict
-            "dof": physical degrees of freedom, "action": action coordinates.
+            "dof": physical degrees of freedom, "action": action coordinates, "num_envs":
+            environments, "episode": steps after which an episode ends at the latest.
         """
         raise NotImplementedError
 
@@ -52,16 +64,16 @@ class PPOSettings(Settings):
 
     name: Literal["ppo"] = "ppo"
     learning_rate: PositiveFloat = 1e-3
-    n_steps: PositiveInt = 32
-    batch_size: PositiveInt = 256
-    n_epochs: PositiveInt = 10
+    n_steps: Count = 32
+    batch_size: Count = 256
+    n_epochs: Count = 10
     gamma: Fraction = 0.95
     gae_lambda: Fraction = 0.95
     clip_range: PositiveFloat = 0.2
-    ent_coef: Annotated[float, Field(ge=0.0)] = 0.0
+    ent_coef: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
     log_std_init: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """Logarithm of the initial exploration noise of each action coordinate."""
-    net_arch: list[PositiveInt] = [64, 64]
+    net_arch: Layers = [64, 64]
 
     def steps_per_update(self, num_envs: int) -> int:
         """Return the environment steps between two updates of the policy."""
@@ -78,22 +90,55 @@ class PPOSettings(Settings):
 
 class _OffPolicySettings(Settings):
     learning_rate: PositiveFloat = 1e-3
-    buffer_size: PositiveInt = 200_000
-    learning_starts: PositiveInt = 1_000
-    batch_size: PositiveInt = 256
+    buffer_size: Annotated[int, Field(gt=0, le=10_000_000)] = 200_000
+    learning_starts: Count = 1_000
+    batch_size: Count = 256
     gamma: Fraction = 0.95
     tau: Fraction = 0.01
-    train_freq: PositiveInt = 1
-    gradient_steps: PositiveInt = 1
-    net_arch: list[PositiveInt] = [64, 64]
+    updates_per_env_step: Annotated[float, Field(gt=0.0, le=64.0, allow_inf_nan=False)] = 1.0
+    """Gradient steps for each step of each environment; a whole number of them must fall on one
+    step of all environments."""
+    replay: Literal["uniform", "her"] = "uniform"
+    """How past transitions are replayed: as they were, or by hindsight (her), four in five with a
+    goal that was reached later in the episode. Hindsight needs ``env.kwargs.goal_env: true``, and
+    learning begins when the first episodes have ended, if that is after `learning_starts`."""
+    net_arch: Layers = [64, 64]
 
     def steps_per_update(self, num_envs: int) -> int:
         """Return the environment steps between two updates of the policy."""
-        return self.train_freq * num_envs
+        return num_envs
 
-    def _arguments(self, exclude: set[str]) -> dict[str, Any]:
-        fields = self.model_dump(exclude=exclude | {"name", "net_arch"})
-        return fields | {"policy_kwargs": {"net_arch": self.net_arch}}
+    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+        """Return what of these settings does not go with the environments."""
+        found = []
+        updates = self.updates_per_env_step * num_envs
+        if updates != int(updates):
+            whole = max(1, round(updates)) / num_envs
+            found.append(
+                f"updates_per_env_step={self.updates_per_env_step} makes {updates} updates a step "
+                f"of {num_envs} environments; the nearest that is whole is {whole}"
+            )
+        if self.replay == "her" and not goal_env:
+            found.append("replay=her needs env.kwargs.goal_env=true")
+        return found
+
+    def _arguments(self, sizes: dict[str, int], exclude: set[str]) -> dict[str, Any]:
+        own = {"name", "net_arch", "updates_per_env_step", "replay"}
+        fields = self.model_dump(exclude=exclude | own)
+        fields |= {
+            "train_freq": 1,
+            "gradient_steps": int(self.updates_per_env_step * sizes["num_envs"]),
+            "policy_kwargs": {"net_arch": self.net_arch},
+        }
+        if self.replay == "her":
+            from stable_baselines3 import HerReplayBuffer
+
+            first = sizes["episode"] * sizes["num_envs"]
+            fields |= {
+                "replay_buffer_class": HerReplayBuffer,
+                "learning_starts": max(self.learning_starts, first),
+            }
+        return fields
 
 
 class _MaximumEntropySettings(_OffPolicySettings):
@@ -105,7 +150,7 @@ class _MaximumEntropySettings(_OffPolicySettings):
         """Return the keyword arguments of the class."""
         per_dof = self.target_entropy_per_dof
         entropy = "auto" if per_dof is None else per_dof * sizes["dof"]
-        return self._arguments({"target_entropy_per_dof"}) | {"target_entropy": entropy}
+        return self._arguments(sizes, {"target_entropy_per_dof"}) | {"target_entropy": entropy}
 
 
 class SACSettings(_MaximumEntropySettings):
@@ -132,7 +177,7 @@ class TD3Settings(_OffPolicySettings):
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
         """Return the keyword arguments of the class, noise as its standard deviation."""
         scale = (sizes["action"] / sizes["dof"]) ** 0.5
-        return self._arguments({"exploration_noise"}) | {
+        return self._arguments(sizes, {"exploration_noise"}) | {
             "action_noise": self.exploration_noise * scale
         }
 

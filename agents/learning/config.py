@@ -6,25 +6,24 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import gymnasium as gym
-import yaml
-from pydantic import (
-    BaseModel,
-    Field,
-    PositiveInt,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from agents.files import ROOT, ConfigError
 from agents.learning.algorithms import ALGORITHMS, AlgoSettings, Model, PPOSettings, Settings
 from agents.plugins import import_plugins
+from agents.yaml_files import parse_yaml, read_yaml
 
 Scalar = bool | int | float | str
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)]
+Steps = Annotated[int, Field(gt=0, le=10_000_000_000)]
+"""Environment steps; ten thousand million are years on one machine."""
 
 _M = TypeVar("_M", bound=BaseModel)
+
+
+_NOT_OURS = frozenset(id for id in gym.registry if not id.startswith("clarke_gym/"))
+"""Environments that came with Gymnasium or other packages: no run of this program is of them."""
 
 
 class WithPlugins(Model):
@@ -47,16 +46,25 @@ class EnvSettings(Model):
 
     id: str = "clarke_gym/Reach-v0"
     """Registered id."""
-    num_envs: PositiveInt = 32
-    """Environments stepped together."""
+    num_envs: Annotated[int, Field(gt=0, le=65_536)] = 32
+    """Environments stepped together; a batch of more is slower, not faster."""
     kwargs: dict[str, Scalar] = Field(default={})
     """Keyword arguments of `gym.make`: n_tendons, representation, physics, ..."""
 
     @model_validator(mode="after")
     def _constructible(self) -> EnvSettings:
+        if self.id not in gym.registry or self.id in _NOT_OURS:  # "module:Id" would import a module
+            known = sorted(id for id in gym.registry if id not in _NOT_OURS)
+            raise ValueError(
+                f"id {self.id!r} is no environment of this package or of a plug-in: {known}"
+            )
+        if gym.registry[self.id].vector_entry_point is None:
+            raise ValueError(
+                f"{self.id} is registered without vector_entry_point, which training steps"
+            )
         try:
             gym.make(self.id, **self.kwargs).close()  # type: ignore[arg-type]
-        except (TypeError, ValueError, gym.error.Error) as error:
+        except (TypeError, ValueError, OverflowError, MemoryError, gym.error.Error) as error:
             raise ValueError(str(error)) from None
         return self
 
@@ -64,10 +72,10 @@ class EnvSettings(Model):
 class EvalSettings(Model):
     """Evaluation on fixed held-out goals."""
 
-    every_steps: PositiveInt = 10_240
+    every_steps: Steps = 10_240
     """Environment steps between evaluations; a multiple of the steps between updates."""
-    n_goals: Annotated[int, Field(ge=50)] = 100
-    """Held-out goals (the protocol asks for at least 50)."""
+    n_goals: Annotated[int, Field(ge=50, le=10_000)] = 100
+    """Held-out goals (the protocol asks for at least 50; each is an environment)."""
 
 
 class TrainConfig(WithPlugins):
@@ -76,10 +84,10 @@ class TrainConfig(WithPlugins):
     name: Name = "reach"
     env: EnvSettings = EnvSettings()
     algo: AlgoSettings = PPOSettings()
-    total_steps: PositiveInt = 204_800
+    total_steps: Steps = 204_800
     seed: Annotated[int, Field(ge=0, lt=10_000)] = 0
     evaluation: EvalSettings = EvalSettings()
-    checkpoint_every_steps: PositiveInt = 102_400
+    checkpoint_every_steps: Steps = 102_400
     """Environment steps between checkpoints."""
 
     @field_validator("algo")
@@ -90,56 +98,64 @@ class TrainConfig(WithPlugins):
 
     @model_validator(mode="after")
     def _on_the_grid(self) -> TrainConfig:
+        goal_env = self.env.kwargs.get("goal_env") is True
+        problems = self.algo.problems(self.env.num_envs, goal_env)
         update = self.algo.steps_per_update(self.env.num_envs)
-        every = self.evaluation.every_steps
-        problems = [
-            f"{name}={value} must be a multiple of {what}={unit}"
-            for name, value, what, unit in (
-                ("evaluation.every_steps", every, "the steps between updates", update),
-                ("total_steps", self.total_steps, "evaluation.every_steps", every),
-                ("checkpoint_every_steps", self.checkpoint_every_steps, "steps a update", update),
+        every, checkpoints = self.evaluation.every_steps, self.checkpoint_every_steps
+        if every % update or checkpoints % update:
+            problems.append(
+                f"evaluation.every_steps={every} and checkpoint_every_steps={checkpoints} must be "
+                f"multiples of the steps between updates={update}"
+                + _proposal(self.algo, self.env.num_envs, every, checkpoints)
             )
-            if value % unit
-        ]
+        if self.total_steps % every:
+            below = self.total_steps // every * every
+            near = [str(steps) for steps in (below, below + every) if steps]
+            problems.append(
+                f"total_steps={self.total_steps} must be a multiple of "
+                f"evaluation.every_steps={every}; the nearest: {', '.join(near)}"
+            )
         if problems:
             raise ValueError("; ".join(problems))
         return self
 
 
-def load_yaml(path: Path) -> dict[str, Any]:
-    """Return the mapping in a YAML file, loaded safely.
+def _proposal(algo: Settings, num_envs: int, *multiples: int) -> str:
+    """Say which numbers of environments nearby would divide."""
 
-    Raises
-    ------
-    ConfigError
-        If the file is missing, is not YAML or does not hold a mapping.
-    """
-    try:
-        data = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: {error}") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"{path}: expected a mapping of settings, got {type(data).__name__}")
-    return data
+    def fits(n: int) -> bool:
+        return all(steps % algo.steps_per_update(n) == 0 for steps in multiples)
+
+    below = next((n for n in range(num_envs - 1, 0, -1) if fits(n)), None)
+    above = next((n for n in range(num_envs + 1, 4 * num_envs) if fits(n)), None)
+    near = [str(n) for n in (below, above) if n is not None]
+    return f"; the nearest env.num_envs that do: {', '.join(near)}" if near else ""
 
 
-def _resolve_algo(data: dict[str, Any]) -> dict[str, Any]:
+def _resolve_algo(data: dict[str, Any]) -> None:
     """Replace ``algo: ppo`` by the settings in configs/algos/ppo.yaml."""
-    if isinstance(data.get("algo"), str):
-        path = ROOT / "configs" / "algos" / f"{data['algo']}.yaml"
-        return data | {"algo": load_yaml(path)}
-    return data
+    name = data.get("algo")
+    if isinstance(name, str):
+        if name not in ALGORITHMS:
+            raise ConfigError(f"unknown algorithm {name!r}; known are {', '.join(ALGORITHMS)}")
+        data["algo"] = read_yaml(ROOT / "configs" / "algos" / f"{name}.yaml")
 
 
-def _override(data: dict[str, Any], overrides: dict[str, str]) -> None:
-    for key, text in overrides.items():
-        *parents, last = key.split(".")
-        node = data
-        for parent in parents:
-            node = node.setdefault(parent, {})
-            if not isinstance(node, dict):
-                raise ConfigError(f"{key}: {parent!r} is not a group of settings")
-        node[last] = yaml.safe_load(text)
+def _override(data: dict[str, Any], key: str, value: Any) -> None:
+    *parents, last = key.split(".")
+    node = data
+    for parent in parents:
+        node = node.setdefault(parent, {})
+        if not isinstance(node, dict):
+            raise ConfigError(f"{key}: {parent!r} is not a group of settings")
+    node[last] = value
+
+
+def _what(item: Any) -> str:
+    """Return one problem of a configuration as part of a line."""
+    where = ".".join(str(part) for part in item["loc"]) or "file"
+    got = "" if isinstance(item["input"], dict | BaseModel) else f" (got {item['input']!r:.100})"
+    return " ".join(f"{where}: {item['msg']}{got}".split())
 
 
 def load_config(model: type[_M], path: Path, overrides: dict[str, str] | None = None) -> _M:
@@ -159,17 +175,22 @@ def load_config(model: type[_M], path: Path, overrides: dict[str, str] | None = 
     ConfigError
         If the file or an override is wrong; all problems are listed at once.
     """
-    data = load_yaml(path)
-    if isinstance(data.get("base"), dict):  # the run that a study varies
-        data["base"] = _resolve_algo(data["base"])
-    data = _resolve_algo(data)
-    _override(data, overrides or {})
+    data = read_yaml(path)
+    values = {key: parse_yaml(text, f"--set {key}") for key, text in (overrides or {}).items()}
+    whole = ("algo", "base.algo")  # first, so that further overrides change what is chosen here
+    for key in sorted(values, key=lambda key: key not in whole):
+        if key not in whole:
+            _resolve(data)
+        _override(data, key, values[key])
+    _resolve(data)
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        lines = [
-            f"  {'.'.join(str(part) for part in item['loc']) or 'file'}: {item['msg']}"
-            + ("" if isinstance(item["input"], dict | BaseModel) else f" (got {item['input']!r})")
-            for item in error.errors()
-        ]
-        raise ConfigError("\n".join([f"{path} is not valid:", *lines])) from None
+        problems = "; ".join(_what(item) for item in error.errors())
+        raise ConfigError(f"{path} is not valid: {problems}") from None
+
+
+def _resolve(data: dict[str, Any]) -> None:
+    _resolve_algo(data)
+    if isinstance(data.get("base"), dict):  # the run that a study varies
+        _resolve_algo(data["base"])

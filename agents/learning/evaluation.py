@@ -10,9 +10,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.files import ConfigError
-from agents.learning.algorithms import ALGORITHMS
+from agents.files import CONFIG
 from agents.learning.config import EnvSettings, TrainConfig, load_config
+from agents.learning.policies import load_policy
 from agents.metrics import Metric
 from clarke_gym.control import CONTROLLERS, make_controller
 
@@ -122,7 +122,7 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
     Parameters
     ----------
     folder : Path
-        Run folder; its model.zip is the policy.
+        Run folder; its ``policy/`` is read without executing anything.
     config : TrainConfig
         The run's configuration.
     agent : str
@@ -135,7 +135,7 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
     ValueError
         If `agent` is unknown.
     ConfigError
-        If the policy is asked for and the run is not finished.
+        If the policy is asked for and the run is not finished, or is damaged.
     """
     if agent not in AGENTS:
         raise ValueError(f"agent must be one of {list(AGENTS)}, got {agent!r}")
@@ -143,10 +143,7 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
         return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
-    if not (folder / "model.zip").exists():
-        raise ConfigError(f"{folder} holds no trained policy (model.zip); finish it first")
-    model_class = ALGORITHMS[config.algo.name].load_class()
-    return PolicyAgent(model_class.load(folder / "model.zip", device="cpu"))
+    return PolicyAgent(load_policy(folder, config))
 
 
 def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
@@ -164,11 +161,13 @@ def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
     Raises
     ------
     ValueError
-        If `agent` is unknown.
+        If `agent` is unknown, or `n_goals` is not in 1 ... 10,000.
     ConfigError
         If the folder holds no run, or no finished one where the policy is asked for.
     """
-    config = load_config(TrainConfig, folder / "config.yaml")
+    if not 1 <= n_goals <= 10_000:  # each is an environment
+        raise ValueError(f"--goals must be in 1 ... 10000, got {n_goals}")
+    config = load_config(TrainConfig, folder / CONFIG)
     evaluation = HeldOutEvaluation(config.env, n_goals)
     result = evaluation.run(load_agent(folder, config, agent, evaluation.env))
     evaluation.close()

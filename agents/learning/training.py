@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import tempfile
 import time
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,9 +18,9 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.noise import NormalActionNoise
 
-from agents import files
-from agents.files import DONE, FAILED
-from agents.learning import checkpoint
+from agents import files, yaml_files
+from agents.files import CONFIG, DONE, EVALS, FAILED, MANIFEST, ConfigError
+from agents.learning import checkpoint, policies
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
 from agents.learning.evaluation import SEEDS_PER_RUN, HeldOutEvaluation, PolicyAgent
@@ -30,6 +32,14 @@ from clarke_gym.integrations.sb3 import Sb3VecEnv, make_sb3_vec_env
 ProgressHook = Callable[[int], object]
 """Called with the number of environment steps done since the last call."""
 
+PROGRESS, LOGS = "progress.csv", "tensorboard"
+RESULTS = (CONFIG, METRICS_FILE, EVALS, PROGRESS, policies.TENSORS, policies.ABOUT)
+"""What a finished run is, hashed in its manifest."""
+
+
+class LearningFailure(RuntimeError):
+    """The policy is no longer finite: a result of the run, unlike a fault of the machine."""
+
 
 class _Recorder(BaseCallback):
     """Evaluates and checkpoints between rollouts, on a fixed grid of environment steps."""
@@ -39,10 +49,12 @@ class _Recorder(BaseCallback):
         config: TrainConfig,
         folder: Path,
         vec_env: Sb3VecEnv,
+        checkpoints: checkpoint.Checkpoints,
         progress: dict[str, Any],
         hook: ProgressHook,
     ) -> None:
         super().__init__()
+        self._checkpoints = checkpoints
         self._config, self._folder, self._vec_env, self._hook = config, folder, vec_env, hook
         self._evaluation = HeldOutEvaluation(config.env, config.evaluation.n_goals)
         self._steps: list[int] = progress.get("steps", [])
@@ -71,19 +83,31 @@ class _Recorder(BaseCallback):
         if self.num_timesteps % self._config.evaluation.every_steps == 0:
             self.evaluate()
         if self.num_timesteps and self.num_timesteps % self._config.checkpoint_every_steps == 0:
-            progress = {
-                "steps": self._steps,
-                "evals": self._evals,
-                "rows": self._rows,
-                "wall_s": self.wall_s,
-                "cpu_s": self.cpu_s,
-            }
-            checkpoint.save(self._folder / "checkpoint", self.model, self._vec_env, progress)
+            self.save()
+
+    def save(self) -> None:
+        """Write a checkpoint."""
+        progress = {
+            "steps": self._steps,
+            "evals": self._evals,
+            "rows": self._rows,
+            "wall_s": self.wall_s,
+            "cpu_s": self.cpu_s,
+        }
+        self._checkpoints.save(self.model, self._vec_env, progress)
 
     def evaluate(self) -> None:
-        """Evaluate once at this number of steps."""
+        """Evaluate once at this number of steps.
+
+        Raises
+        ------
+        LearningFailure
+            If the policy is no longer finite.
+        """
         if self.num_timesteps in self._steps:
             return
+        if not is_finite(self.model):
+            raise LearningFailure(f"the policy is not finite after {self.num_timesteps} steps")
         result = self._evaluation.run(PolicyAgent(self.model))
         self._steps.append(self.num_timesteps)
         self._evals.append(result)
@@ -102,14 +126,13 @@ class _Recorder(BaseCallback):
         """Write evals.npz, what its metrics are, and progress.csv."""
         files.write_text(self._folder / METRICS_FILE, metrics_text(self._evaluation.metrics))
         arrays = {name: np.stack([e[name] for e in self._evals]) for name in self._evals[0]}
-        files.write_npz(
-            self._folder / "evals.npz", {"env_steps": np.array(self._steps, np.int64), **arrays}
-        )
+        arrays = {"env_steps": np.array(self._steps, np.int64), **arrays}
+        files.write_bytes(self._folder / EVALS, files.npz_bytes(arrays))
         text = io.StringIO()
         writer = csv.DictWriter(text, fieldnames=list(self._rows[-1]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(self._rows)
-        files.write_text(self._folder / "progress.csv", text.getvalue())
+        files.write_text(self._folder / PROGRESS, text.getvalue())
 
     def finish(self) -> None:
         """Report the last steps and close the evaluation."""
@@ -126,7 +149,9 @@ def make_model(config: TrainConfig, vec_env: Sb3VecEnv) -> BaseAlgorithm:
     """Return an untrained SB3 model for the run."""
     robot = vec_env.env.unwrapped.robot  # type: ignore[attr-defined]
     action_size = int(np.prod(vec_env.action_space.shape or (1,)))
-    arguments = config.algo.arguments({"dof": 2 * robot.n_segments, "action": action_size})
+    sizes = {"dof": 2 * robot.n_segments, "action": action_size, "num_envs": vec_env.num_envs}
+    sizes["episode"] = vec_env.env.unwrapped.episode_steps  # type: ignore[attr-defined]
+    arguments = config.algo.arguments(sizes)
     if "action_noise" in arguments:
         sigma = np.full(action_size, arguments["action_noise"])
         arguments["action_noise"] = NormalActionNoise(np.zeros(action_size), sigma)
@@ -136,6 +161,56 @@ def make_model(config: TrainConfig, vec_env: Sb3VecEnv) -> BaseAlgorithm:
     # SB3 has seeded the environments seed, seed + 1, ...: neighbouring runs would share episodes.
     vec_env.seed(config.seed * SEEDS_PER_RUN)
     return model
+
+
+def is_finite(model: BaseAlgorithm) -> bool:
+    """Return whether every number of the policy is finite."""
+    return all(bool(torch.isfinite(tensor).all()) for tensor in model.policy.state_dict().values())
+
+
+def _claim(config: TrainConfig, folder: Path) -> None:
+    """Make the folder that of this run, or of a longer one that continues it.
+
+    A finished run whose configuration differs in a larger `total_steps` alone is extended: its
+    result is kept in ``until_<steps>``, and training goes on from its last checkpoint.
+    """
+    files.refuse_links(folder, (*RESULTS, MANIFEST, DONE, FAILED, LOGS, policies.FOLDER))
+    own = (part for name in (*RESULTS, MANIFEST, DONE) for part in Path(name).parts)
+    files.sweep(folder, own)
+    files.sweep(folder / policies.FOLDER)
+    path, wanted = folder / CONFIG, config.model_dump(mode="json")
+    if path.exists():
+        found = yaml_files.read_yaml(path)
+        steps = found.get("total_steps")
+        longer = yaml_files.differences(found, wanted) == ["total_steps"] and (
+            isinstance(steps, int) and steps < config.total_steps
+        )
+        kept = folder / f"until_{steps:012d}" if longer else folder
+        if longer and ((folder / DONE).exists() or (kept / DONE).exists()):
+            if (folder.parent.parent / "study.yaml").exists():
+                raise ConfigError(
+                    f"{folder} belongs to a study, whose runs are of equal length; copy the folder "
+                    "elsewhere and extend it there"
+                )
+            if not (kept / DONE).exists():
+                _keep_result(folder, kept)
+            (folder / DONE).unlink(missing_ok=True)
+            files.write_text(path, yaml_files.yaml_text(wanted))
+            return
+    yaml_files.keep_or_write_yaml(path, wanted)
+
+
+def _keep_result(folder: Path, kept: Path) -> None:
+    """Copy a finished result; it is there as a whole or not at all."""
+    if found := files.damage(folder):
+        raise ConfigError(f"damaged run: {found}")
+    part = Path(tempfile.mkdtemp(dir=folder, prefix=files.PART))
+    (part / policies.FOLDER).mkdir()
+    for name in (*RESULTS, MANIFEST, DONE):
+        files.write_bytes(part / name, (folder / name).read_bytes())
+    part.chmod(0o755)
+    part.rename(kept)
+    files.fsync_folder(folder)
 
 
 def train(
@@ -161,49 +236,67 @@ def train(
     Raises
     ------
     ConfigError
-        If the folder holds a run of another configuration, or a plug-in cannot be imported.
+        If the folder is no run's or holds a run of another configuration, or a plug-in cannot be
+        imported.
     RuntimeError
         If another process is writing into the folder.
+    LearningFailure
+        If the policy is no longer finite; FAILED says so. Every other error leaves the run
+        unfinished, to be continued from its last checkpoint.
     """
     hook = hook or (lambda steps: None)  # noqa: ARG005
     plugins = import_plugins(config.plugins)
+    files.refuse_foreign(folder, CONFIG)
     with files.locked(folder):
-        files.keep_or_write_yaml(folder / "config.yaml", config.model_dump(mode="json"))
+        _claim(config, folder)
         if (folder / DONE).exists():
             hook(config.total_steps)
             return False
         torch.set_num_threads(threads)
-        vec_env = make_training_env(config)
-        model_class = ALGORITHMS[config.algo.name].load_class()
-        resumed = checkpoint.load(folder / "checkpoint", model_class, vec_env)
-        model, progress = resumed or (make_model(config, vec_env), {})
-        if resumed:
+        checkpoints = checkpoint.Checkpoints(folder)
+        model, vec_env, progress = checkpoints.resume(lambda: _make(config))
+        if model.num_timesteps:
             hook(model.num_timesteps)
-        model.set_logger(configure(str(folder / "tensorboard"), ["tensorboard"]))
-        recorder = _Recorder(config, folder, vec_env, progress, hook)
-        model.learn(
-            config.total_steps - model.num_timesteps,
-            callback=recorder,
-            reset_num_timesteps=False,
-            log_interval=10,
-        )
-        recorder.evaluate()
-        recorder.finish()
+        model.set_logger(configure(str(folder / LOGS), ["tensorboard"]))
+        recorder = _Recorder(config, folder, vec_env, checkpoints, progress, hook)
+        try:
+            _learn(config, model, recorder)
+        except LearningFailure:
+            files.write_text(folder / FAILED, traceback.format_exc())
+            raise
+        finally:
+            recorder.finish()
+            vec_env.close()
+            model.logger.close()
         recorder.write_results()
-        model.save(folder / ".model.part.zip")
-        (folder / ".model.part.zip").replace(folder / "model.zip")
-        files.write_manifest(
-            folder / "manifest.json",
-            {
-                "seed": config.seed,
-                "plugins": plugins,
-                "threads": threads,
-                "wall_s": round(recorder.wall_s, 3),
-                "cpu_s": round(recorder.cpu_s, 3),
-            },
-        )
-        (folder / FAILED).unlink(missing_ok=True)
-        files.write_text(folder / DONE, "")
-        vec_env.close()
-        model.logger.close()
+        policies.write_policy(folder, config, model)
+        spent = {"wall_s": round(recorder.wall_s, 3), "cpu_s": round(recorder.cpu_s, 3)}
+        origin = {"seed": config.seed, "plugins": plugins, "threads": threads, **spent}
+        files.finish(folder, RESULTS, origin)
     return True
+
+
+def _make(config: TrainConfig) -> tuple[BaseAlgorithm, Sb3VecEnv]:
+    vec_env = make_training_env(config)
+    return make_model(config, vec_env), vec_env
+
+
+def _learn(config: TrainConfig, model: BaseAlgorithm, recorder: _Recorder) -> None:
+    """Train to the end and leave a checkpoint there, from which a longer run can go on."""
+    recorder.init_callback(model)
+    try:
+        if model.num_timesteps < config.total_steps:
+            model.learn(
+                config.total_steps - model.num_timesteps,
+                callback=recorder,
+                reset_num_timesteps=False,
+                log_interval=10,
+            )
+        recorder.num_timesteps = model.num_timesteps
+        recorder.evaluate()
+        recorder.save()
+    except ValueError as error:  # torch and the environment refuse what is not finite
+        if is_finite(model) and "to satisfy the constraint" not in str(error):
+            raise
+        reason = str(error).splitlines()[0]
+        raise LearningFailure(f"the policy is not finite: {reason}") from error

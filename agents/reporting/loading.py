@@ -2,19 +2,20 @@
 
 import csv
 import json
+import math
 import zipfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
-from agents.files import DONE, FAILED, run_folder
+from agents.files import DONE, EVALS, FAILED, MANIFEST, ConfigError, damage, run_folder
 from agents.metrics import FILE as METRICS_FILE
 from agents.metrics import Metric, read_metrics
 from agents.reporting.results import Arm, Array, Evals, Reference, ResultsError, Run, Status, Study
+from agents.yaml_files import read_yaml
 
 
 def _key(data: Mapping[str, Any], key: str, kind: type | tuple[type, ...], where: str) -> Any:
@@ -123,25 +124,38 @@ def _wall_clock(path: Path, env_steps: NDArray[np.int64]) -> Array | None:
 def load_run(path: Path, arm: str, seed: int) -> Run:
     """Load one run folder; an absent folder is a missing run."""
     status: Status = "missing"
-    if (path / FAILED).is_file():
-        status = "failed"
-    elif (path / DONE).is_file():
+    if (path / DONE).is_file():  # it wins: a run that failed once may have been finished since
         status = "done"
-    evals = load_evals(path / "evals.npz") if status == "done" else None
+        if found := damage(path):
+            raise ResultsError(
+                f"damaged run: {found}; move {path} away and start the study again to redo it"
+            )
+    elif (path / FAILED).is_file():
+        status = "failed"
+    evals = load_evals(path / EVALS) if status == "done" else None
     wall = _wall_clock(path / "progress.csv", evals.env_steps) if evals else None
-    return Run(arm, seed, path, status, evals, _manifest(path / "manifest.json"), wall)
+    return Run(arm, seed, path, status, evals, _manifest(path / MANIFEST), wall)
 
 
 def _load_arm(entry: Any, folder: Path, where: str) -> Arm:
     name = _key(entry, "name", str, where)
     where = f"{where} '{name}'"
+    if "/" in name or "\\" in name or "\0" in name or name in ("", ".", ".."):
+        raise ResultsError(f"{where}: key 'name' must name a folder in the study's own")
     seeds = _key(entry, "seeds", list, where)
-    whole = all(isinstance(s, int) and not isinstance(s, bool) for s in seeds)
+    whole = all(isinstance(s, int) and not isinstance(s, bool) and s >= 0 for s in seeds)
     if not seeds or not whole or len(set(seeds)) < len(seeds):
         raise ResultsError(f"{where}: key 'seeds' must list one or more different whole numbers")
     runs = tuple(load_run(run_folder(folder, name, seed), name, seed) for seed in seeds)
     representation, task = (_key(entry, key, str, where) for key in ("representation", "task"))
     return Arm(name, representation, task, runs)
+
+
+def _finite(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{value} is not finite")
+    return number
 
 
 def _load_references(path: Path) -> dict[str, Reference]:
@@ -150,11 +164,23 @@ def _load_references(path: Path) -> dict[str, Reference]:
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))
         return {
-            task: Reference(entry["agent"], entry["success_rate"], entry.get("metrics", {}))
+            str(task): Reference(
+                str(entry["agent"]),
+                _finite(entry["success_rate"]),
+                {str(name): _finite(value) for name, value in entry.get("metrics", {}).items()},
+            )
             for task, entry in entries.items()
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ResultsError(f"{path}: cannot be read: {error}") from error
+
+
+def _threshold(data: Mapping[str, Any], where: str) -> float:
+    levels = _key(data, "thresholds", dict, where)
+    level = float(_key(levels, "success", (int, float), f"{where}: thresholds"))
+    if not 0.0 <= level <= 1.0:
+        raise ResultsError(f"{where}: thresholds: key 'success' must lie in [0, 1], got {level}")
+    return level
 
 
 def load_study(study_dir: Path) -> Study:
@@ -169,9 +195,10 @@ def load_study(study_dir: Path) -> Study:
     """
     path = Path(study_dir) / "study.yaml"
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
+        data = read_yaml(path)
+    except ConfigError as error:
+        reason = str(error).removeprefix(f"{path}: ")
+        raise ResultsError(f"{path}: cannot be read: {reason}") from error
     where = str(path)
     entries = _key(data, "arms", list, where)
     arms = tuple(_load_arm(e, path.parent, f"{where}: arm {i}") for i, e in enumerate(entries))
@@ -186,7 +213,7 @@ def load_study(study_dir: Path) -> Study:
     for run, evals in done:
         if not np.array_equal(evals.env_steps, grid):
             raise ResultsError(
-                f"{run.path / 'evals.npz'}: key 'env_steps' differs from that of {first.path}"
+                f"{run.path / EVALS}: key 'env_steps' differs from that of {first.path}"
             )
     measured: dict[str, list[str]] = {}
     for arm in arms:
@@ -199,14 +226,7 @@ def load_study(study_dir: Path) -> Study:
         title=_key(data, "title", str, where),
         note=str(data.get("note") or ""),
         baseline=_key(data, "baseline", str, where),
-        threshold=float(
-            _key(
-                _key(data, "thresholds", dict, where),
-                "success",
-                (int, float),
-                f"{where}: thresholds",
-            )
-        ),
+        threshold=_threshold(data, where),
         tuning=str(data.get("tuning") or "unknown"),
         total_steps=_key(data, "total_steps", int, where),
         arms=arms,

@@ -1,13 +1,15 @@
 """The report of a study: a self-contained HTML page, figures and tables, from its run folders."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
-from agents.files import write_bytes
+from agents.files import refuse_links, write_bytes, write_text
 from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
 from agents.reporting.html import Picture, page
 from agents.reporting.loading import load_study
+from agents.reporting.results import ResultsError
 from agents.reporting.summary import Summary, summarise
 from agents.reporting.tables import (
     arm_table,
@@ -15,9 +17,13 @@ from agents.reporting.tables import (
     csv_text,
     curves_csv,
     markdown,
+    plain,
     runs_csv,
 )
 from agents.reporting.wording import answer, footer, metric_text, reporting_block, warnings
+
+PAGE, OURS = "report.html", "report.json"
+"""The page, and the names of the files that reports have written into the folder."""
 
 Draw = Callable[[Summary, str], bytes | None]
 
@@ -66,12 +72,13 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
 def _markdown(summary: Summary) -> str:
     """Tables with the answer above and the reporting block below."""
     study = summary.study
-    parts = [f"# {study.title}"]
-    parts += [f"**{study.note}**"] if study.note else []
+    parts = [f"# {plain(study.title)}"]
+    parts += [f"**{plain(study.note)}**"] if study.note else []
     rows = (*summary.pooled, *summary.comparisons)
     budget = int(study.env_steps[-1])
-    parts += [f"- {row.task}: {answer(row, study.threshold, budget)}" for row in rows]
-    parts += [f"> {text}" for text in warnings(summary)]
+    answers = (f"{row.task}: {answer(row, study.threshold, budget)}" for row in rows)
+    parts += [f"- {plain(text)}" for text in answers]
+    parts += [f"> {plain(text)}" for text in warnings(summary)]
     parts += [markdown(arm_table(summary))]
     parts += [markdown(comparison_table(summary))] if summary.comparisons else []
     parts += [markdown([["Reporting", ""], *map(list, reporting_block(summary).items())])]
@@ -86,7 +93,8 @@ def write_report(
     ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run
     and ``runs.csv`` the manifests.
 
-    The same runs give the same bytes. Files of an earlier report are replaced.
+    The same runs give the same bytes. Files of an earlier report, which ``report.json`` names, are
+    replaced; others never are.
 
     Parameters
     ----------
@@ -105,7 +113,7 @@ def write_report(
     Raises
     ------
     agents.reporting.results.ResultsError
-        If the study cannot be read or has no finished run.
+        If the study cannot be read or has no finished run, or a file of somebody's is in the way.
     """
     study_dir = Path(study_dir)
     out_dir = study_dir / "report" if out_dir is None else Path(out_dir)
@@ -121,13 +129,34 @@ def write_report(
             caption = caption.format(metric=metric)
             alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."
             pictures.append(Picture(file, alt, caption, png))
+    contents = {picture.file: picture.png for picture in pictures}
+    contents |= {
+        "table.csv": csv_text(summary).encode(),
+        "curves.csv": curves_csv(summary.study).encode(),
+        "runs.csv": runs_csv(summary.study).encode(),
+        "table.md": _markdown(summary).encode(),
+        PAGE: page(summary, pictures).encode(),  # last: a page promises that the rest is there
+    }
+    _write(out_dir, contents)
+    return out_dir / PAGE
+
+
+def _write(out_dir: Path, contents: dict[str, bytes]) -> None:
+    """Write a report's files, and before them which they are: others are never replaced."""
     out_dir.mkdir(parents=True, exist_ok=True)
-    for picture in pictures:
-        write_bytes(out_dir / picture.file, picture.png)
-    write_bytes(out_dir / "table.csv", csv_text(summary).encode())
-    write_bytes(out_dir / "curves.csv", curves_csv(summary.study).encode())
-    write_bytes(out_dir / "runs.csv", runs_csv(summary.study).encode())
-    write_bytes(out_dir / "table.md", _markdown(summary).encode())
-    target = out_dir / "report.html"  # last: a page promises that the rest is there
-    write_bytes(target, page(summary, pictures).encode())
-    return target
+    ours = out_dir / OURS
+    refuse_links(out_dir, (OURS, *contents))
+    try:
+        earlier = set(json.loads(ours.read_text()))
+    except FileNotFoundError:
+        earlier = set()
+    except (ValueError, TypeError) as error:
+        raise ResultsError(f"{ours}: cannot be read: {error}") from error
+    if strange := [name for name in contents if (out_dir / name).exists() and name not in earlier]:
+        raise ResultsError(
+            f"{out_dir / strange[0]} is not of an earlier report ({OURS} beside it would say so): "
+            "nothing was changed; choose another --out or move that file away"
+        )
+    write_text(ours, json.dumps(sorted(earlier | set(contents)), indent=2) + "\n")
+    for name, data in contents.items():
+        write_bytes(out_dir / name, data)

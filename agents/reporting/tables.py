@@ -1,6 +1,7 @@
 """Tables of a report, as rows of text for people and rows of numbers for machines."""
 
 import csv
+import html
 import io
 import json
 import math
@@ -53,6 +54,25 @@ def comparison_table(summary: Summary) -> Rows:
     return rows
 
 
+def plain(text: str) -> str:
+    r"""Return a text that Markdown shows as it is: names come from a file of somebody.
+
+    Examples
+    --------
+    >>> print(plain("<script> | [a](b)"))
+    &lt;script&gt; \| \[a\](b)
+    """
+    escaped = html.escape(" ".join(text.splitlines()), quote=False)
+    for character in "|[]`":
+        escaped = escaped.replace(character, f"\\{character}")
+    return escaped
+
+
+def _cell(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula."""
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
+
+
 def markdown(rows: Rows) -> str:
     r"""Lay rows out as a Markdown table.
 
@@ -63,7 +83,7 @@ def markdown(rows: Rows) -> str:
     |---|---|
     | 1 | 2\|3 |
     """
-    clean = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    clean = [[plain(cell) for cell in row] for row in rows]
     lines = ["| " + " | ".join(row) + " |" for row in clean]
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
 
@@ -79,9 +99,9 @@ def _records(summary: Summary) -> Iterable[dict[str, object]]:
         for m in summary.study.metrics:
             metrics |= _ends(f"final_{m.shown_name}", s.metrics.get(m.name, NO_INTERVAL))
         record: dict[str, object] = {
-            "task": s.arm.task,
-            "representation": s.arm.representation,
-            "arm": s.arm.name,
+            "task": _cell(s.arm.task),
+            "representation": _cell(s.arm.representation),
+            "arm": _cell(s.arm.name),
             "planned": len(s.arm.runs),
             "finished": s.arm.count("done"),
             "failed": s.arm.count("failed"),
@@ -137,7 +157,8 @@ def curves_csv(study: Study) -> str:
                 )
             for steps, *scores in zip(evals.env_steps, *columns, strict=True):
                 numbers = ["" if np.isnan(score) else f"{score:.6g}" for score in scores]
-                rows.append([arm.task, arm.representation, run.seed, steps, *numbers])
+                labels = [_cell(arm.task), _cell(arm.representation)]
+                rows.append([*labels, run.seed, steps, *numbers])
     heading = ["task", "representation", "seed", "env_steps", "success_rate"]
     return _csv([*heading, *(m.shown_name for m in study.metrics)], rows)
 
@@ -146,8 +167,8 @@ def runs_csv(study: Study) -> str:
     """Where every run comes from: its manifest in a row."""
     keys = ["git_sha", "git_dirty", "python", "machine", "threads", "wall_s", "cpu_s"]
     rows = (
-        [arm.task, arm.representation, run.seed, run.status]
-        + [run.manifest.get(key, "unknown") for key in keys]
+        [_cell(arm.task), _cell(arm.representation), run.seed, run.status]
+        + [_cell(str(run.manifest.get(key, "unknown"))) for key in keys]
         + [json.dumps(run.manifest.get("packages", {}), sort_keys=True)]
         for arm in study.arms
         for run in arm.runs

@@ -9,15 +9,22 @@ from pydantic import Field, model_validator
 from agents.learning.algorithms import Fraction, Model
 from agents.learning.config import Name, Scalar, TrainConfig, WithPlugins
 
+Few = 100
+"""Levels of a factor at most: more do not fit a figure."""
+
 
 class Variant(Model):
     """One level of a study's factor: a label, and what it changes in the base run."""
 
-    label: str
+    label: Annotated[str, Field(min_length=1, max_length=60)]
     env: dict[str, Scalar] = Field(default={})
     """Keyword arguments of the environment."""
     algo: dict[str, Any] = Field(default={})
     """Algorithm settings."""
+
+
+MAX_RUNS = 10_000
+"""Runs of a study at most; each is a folder that the report opens."""
 
 
 class Thresholds(Model):
@@ -38,9 +45,9 @@ class StudyConfig(WithPlugins):
     thresholds: Thresholds = Thresholds()
     tuning: str
     """How the hyper-parameters were chosen, and with which budget."""
-    representations: Annotated[list[Variant], Field(min_length=1)]
-    tasks: Annotated[list[Variant], Field(min_length=1)]
-    seeds: Annotated[list[int], Field(min_length=1)]
+    representations: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
+    tasks: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
+    seeds: Annotated[list[int], Field(min_length=1, max_length=10_000)]
     base: TrainConfig
 
     @model_validator(mode="after")
@@ -54,6 +61,17 @@ class StudyConfig(WithPlugins):
                 raise ValueError(f"{name} must have different labels, got {values}")
         if len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"seeds must differ, got {self.seeds}")
+        folders: dict[str, str] = {}
+        for name, representation, task in self.arms():
+            arm = f"{representation.label!r} on {task.label!r}"
+            other = folders.setdefault(name.casefold(), arm)  # some disks know no upper case
+            if other != arm:
+                raise ValueError(
+                    f"the arms {other} and {arm} would share the folder {name!r}: give labels that "
+                    "differ in letters, digits, '.', '_' or '-'"
+                )
+        if len(folders) * len(self.seeds) > MAX_RUNS:
+            raise ValueError(f"{len(folders) * len(self.seeds)} runs, more than {MAX_RUNS}")
         self.runs()  # every combination must be a valid run
         return self
 

@@ -1,30 +1,59 @@
-"""Where the runs of a study are carried out: a pool of processes on this machine."""
+"""Where the runs of a study are carried out: processes on this machine, one run each at a time.
+
+A process that dies costs its own run's last minutes alone: the run goes to a new one, which
+continues from the checkpoint, at most `MAX_DEATHS` times.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
-import queue
+import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from multiprocessing.queues import Queue
+from collections import deque
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from typing import Any, Literal
 
-from agents import files
 from agents.learning.config import TrainConfig
+from agents.plugins import allow_plugins, allowed_plugins
 
 Job = tuple[TrainConfig, Path]
+Outcome = Literal["done", "failed", "unfinished"]
 
-_steps: Queue[int] | None = None
+MAX_DEATHS = 3
+"""Times that a run is given to a new process after its own has died."""
+
+_GRACE_S = 2.0
+"""Seconds that a stopped process may take to end."""
 
 
-def _initialise(steps: Queue[int], parent: int) -> None:
-    """Prepare a worker: one thread, and an end when the study's process dies."""
-    global _steps
-    _steps = steps
+@dataclass(frozen=True)
+class End:
+    """How a run ended: `outcome`, and one line that says why where it is not done.
+
+    ``failed`` is a result (the policy is no longer finite), ``unfinished`` a fault of the machine
+    or the folder: the next study continues the run.
+    """
+
+    job: Job
+    outcome: Outcome
+    reason: str = ""
+
+
+def _line(error: BaseException) -> str:
+    text = traceback.format_exception_only(error)[-1]
+    return " ".join(text.split())
+
+
+def _serve(pipe: Connection, parent: int, plugins: list[str]) -> None:
+    """Train what comes through the pipe; end when the study's process does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the study stops its processes itself
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -32,66 +61,132 @@ def _initialise(steps: Queue[int], parent: int) -> None:
         os._exit(1)  # the study was killed; the next one resumes from the checkpoint
 
     threading.Thread(target=watch, daemon=True).start()
+    allow_plugins(plugins)
+    from agents.learning.training import LearningFailure, train  # loads torch
+
+    while True:
+        config, folder = pipe.recv()
+        try:
+            train(config, folder, pipe.send)
+        except LearningFailure as error:
+            pipe.send(("failed", _line(error)))
+        except Exception as error:
+            pipe.send(("unfinished", _line(error)))
+        else:
+            pipe.send(("done", ""))
 
 
-def _work(job: Job) -> str | None:
-    """Train one run; return the traceback if it failed."""
-    from agents.learning.training import train  # torch is loaded in the workers only
-
-    config, folder = job
-    assert _steps is not None
+def memory_kills() -> int:
+    """Return how many processes the system has killed for lack of memory since it started."""
     try:
-        train(config, folder, _steps.put)
-    except Exception:
-        text = traceback.format_exc()
-        files.write_text(folder / files.FAILED, text)
-        return text
-    return None
+        lines = Path("/proc/vmstat").read_text().splitlines()
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) for line in lines if line.startswith("oom_kill ")), 0)
+
+
+class _Worker:
+    def __init__(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        arguments = (theirs, os.getpid(), allowed_plugins())
+        self.process = context.Process(target=_serve, args=arguments, daemon=True)
+        self.process.start()
+        theirs.close()
+        self.kills = memory_kills()
+        self.job: Job | None = None
+
+    def give(self, job: Job) -> None:
+        self.job = job
+        self.pipe.send(job)
+
+    def receive(self) -> Any:
+        """Return what the process sent; None if it has died."""
+        try:
+            return self.pipe.recv()
+        except (EOFError, OSError):
+            return None
+
+    def death(self) -> str:
+        """Say how the process died."""
+        self.process.join(_GRACE_S)
+        code = self.process.exitcode
+        if code == -signal.SIGKILL and memory_kills() > self.kills:
+            return "was killed by the system for lack of memory; use fewer --workers"
+        if code is not None and code < 0:
+            return f"was killed by {signal.Signals(-code).name}"
+        return f"ended with exit code {code}"
 
 
 def run_pool(
-    jobs: list[Job], workers: int, report: Callable[[int], object]
-) -> Iterator[tuple[Job, str | None]]:
-    """Train all jobs in a process pool.
+    jobs: list[Job],
+    workers: int,
+    report: Callable[[int], object],
+    say: Callable[[str], object] = print,
+) -> Generator[End, None, None]:
+    """Train all jobs in processes of one torch thread each.
 
     Parameters
     ----------
     jobs : list of (TrainConfig, Path)
         Runs and their folders.
     workers : int
-        Processes, one torch thread each.
+        Processes.
     report : callable
         Called with environment steps as they are done.
+    say : callable
+        Called with a line when a process has died and its run goes on in another.
 
     Yields
     ------
-    job, error
-        In order of completion; `error` is a traceback or None.
+    End
+        In order of completion. Closing the iterator kills the processes; their runs can be
+        continued.
     """
-    context = multiprocessing.get_context("spawn")
-    steps: Queue[int] = context.Queue()
     os.environ["OMP_NUM_THREADS"] = "1"  # inherited by the workers, before they load torch
-    with ProcessPoolExecutor(workers, context, _initialise, (steps, os.getpid())) as pool:
-        futures: dict[Future[str | None], Job] = {pool.submit(_work, job): job for job in jobs}
-        stop = threading.Event()
-
-        def drain() -> None:
-            while not (stop.is_set() and steps.empty()):
-                try:
-                    report(steps.get(timeout=0.2))
-                except queue.Empty:
+    todo = deque(jobs)
+    deaths: dict[Path, int] = {}
+    pool: list[_Worker] = []
+    try:
+        for _ in range(min(workers, len(jobs))):
+            pool.append(_Worker())
+            pool[-1].give(todo.popleft())
+        while pool:
+            ready = wait([worker.pipe for worker in pool])
+            for worker in [worker for worker in pool if worker.pipe in ready]:
+                message = worker.receive()
+                if isinstance(message, int):
+                    report(message)
                     continue
+                job = worker.job
+                assert job is not None
+                if message is not None:
+                    yield End(job, *message)
+                    if todo:
+                        worker.give(todo.popleft())
+                    else:
+                        _stop([worker])
+                        pool.remove(worker)
+                    continue
+                reason = f"the process of {job[1]} {worker.death()}"
+                pool.remove(worker)
+                deaths[job[1]] = deaths.get(job[1], 0) + 1
+                if deaths[job[1]] <= MAX_DEATHS:
+                    say(f"{reason}; continuing it ({deaths[job[1]]} of {MAX_DEATHS} times)")
+                    todo.appendleft(job)
+                else:
+                    yield End(job, "unfinished", reason)
+                if todo:
+                    pool.append(_Worker())
+                    pool[-1].give(todo.popleft())
+    finally:
+        _stop(pool)
 
-        reader = threading.Thread(target=drain, daemon=True)
-        reader.start()
-        try:
-            for future in as_completed(futures):
-                try:
-                    error = future.result()
-                except Exception:  # a worker died: the others' results still count
-                    error = traceback.format_exc()
-                yield futures[future], error
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            stop.set()
-            reader.join(timeout=2.0)
+
+def _stop(pool: list[_Worker]) -> None:
+    """Kill processes at once; what they write is whole or not there."""
+    for worker in pool:
+        worker.process.kill()
+    for worker in pool:
+        worker.process.join(_GRACE_S)
+        worker.pipe.close()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections import Counter
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,11 @@ from agents import files
 from agents.files import DONE, run_folder
 from agents.learning.evaluation import HeldOutEvaluation
 from agents.studies.config import StudyConfig
-from agents.studies.executors import Job, run_pool
+from agents.studies.executors import Job, Outcome, run_pool
+from agents.yaml_files import keep_or_write_yaml
 from clarke_gym.control import make_controller
+
+STUDY, REFERENCES = "study.yaml", "references.json"
 
 REFERENCE = "clarke_controller"
 """Classical control shown beside the learning curves; the same for every representation."""
@@ -34,7 +39,7 @@ def write_references(config: StudyConfig, folder: Path) -> None:
 
     A task that classical control cannot do has no entry, and its figures no line.
     """
-    path = folder / "references.json"
+    path = folder / REFERENCES
     if path.exists():
         return
     references = {}
@@ -57,7 +62,7 @@ def write_references(config: StudyConfig, folder: Path) -> None:
     files.write_text(path, json.dumps(references, indent=2) + "\n")
 
 
-def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> int:
+def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> Counter[Outcome]:
     """Carry out the runs of a study that are not done yet.
 
     Parameters
@@ -70,35 +75,39 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
 
     Returns
     -------
-    int
-        Number of runs that failed; their tracebacks are in FAILED beside them.
+    dict
+        Number of runs that ended ``done``, ``failed`` (their policies are no longer finite; FAILED
+        beside them says so) and ``unfinished`` (a fault of the machine or the folder; the next call
+        continues them).
 
     Raises
     ------
     ConfigError
-        If the folder holds another study.
+        If the folder holds another study or something else.
     RuntimeError
         If another process is carrying out this study.
     """
+    files.refuse_foreign(folder, STUDY)
     with files.locked(folder):
-        files.keep_or_write_yaml(folder / "study.yaml", config.resolved())
+        files.refuse_links(folder, (STUDY, REFERENCES, *(name for name, _, _ in config.arms())))
+        files.sweep(folder)
+        keep_or_write_yaml(folder / STUDY, config.resolved())
         write_references(config, folder)
         jobs: list[Job] = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
         todo = [job for job in jobs if not (job[1] / DONE).exists()]
+        ends: Counter[Outcome] = Counter()
         if len(todo) < len(jobs):
             print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are finished and kept")
         if not todo:
-            return 0
+            return ends
         total = sum(run.total_steps for run, _ in todo)
         workers = min(workers or os.cpu_count() or 1, len(todo))
-        failures = 0
-        done = 0
         with progress_bar(total) as bar:
             bar.set_description(f"{config.name}: 0/{len(todo)} runs")
-            for (_, run_dir), error in run_pool(todo, workers, bar.update):
-                done += 1
-                bar.set_description(f"{config.name}: {done}/{len(todo)} runs")
-                if error is not None:
-                    failures += 1
-                    bar.write(f"{run_dir} failed: {error.strip().splitlines()[-1]}")
-    return failures
+            with closing(run_pool(todo, workers, bar.update, bar.write)) as pool:
+                for end in pool:
+                    ends[end.outcome] += 1
+                    bar.set_description(f"{config.name}: {ends.total()}/{len(todo)} runs")
+                    if end.outcome != "done":
+                        bar.write(f"{end.job[1]} {end.outcome}: {end.reason}")
+    return ends

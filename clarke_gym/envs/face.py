@@ -66,6 +66,11 @@ class Face:
         return self._core.config.control_dt
 
     @property
+    def episode_steps(self) -> int:
+        """Steps after which an episode is truncated."""
+        return self._core.episode.limit
+
+    @property
     def action_representation(self) -> Representation:
         """The maps between actions and joint space."""
         return self._core.actions.representation

@@ -10,6 +10,7 @@ import yaml
 
 from agents.files import ROOT, ConfigError
 from agents.learning.config import TrainConfig, load_config
+from agents.plugins import allow_plugins
 from agents.studies.config import StudyConfig
 
 PLUGIN = """
@@ -55,13 +56,17 @@ def command(folder, *arguments):
 def test_a_study_of_an_environment_from_the_working_directory(tmp_path):
     (tmp_path / "slow_reach.py").write_text(PLUGIN)
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(STUDY))
-    result = command(tmp_path, "study", "--config", "study.yaml", "--out", "out")
+    result = command(
+        tmp_path, "study", "--config", "study.yaml", "--out", "out", "--plugins", "slow_reach"
+    )
     assert result.returncode == 0, result.stdout + result.stderr
     folder = tmp_path / "out" / "raw_slow" / "seed_00"
     manifest = json.loads((folder / "manifest.json").read_text())
     digest = hashlib.sha256((tmp_path / "slow_reach.py").read_bytes()).hexdigest()
     assert manifest["plugins"] == {"slow_reach": digest}
-    shown = command(tmp_path, "evaluate", "--run", str(folder), "--goals", "50")
+    shown = command(
+        tmp_path, "evaluate", "--run", str(folder), "--goals", "50", "--plugins", "slow_reach"
+    )
     assert shown.returncode == 0, shown.stdout + shown.stderr
     assert "success rate" in shown.stdout
 
@@ -70,7 +75,9 @@ def test_a_module_that_does_not_import_is_one_clear_error(tmp_path):
     (tmp_path / "broken.py").write_text("raise RuntimeError('half written')\n")
     for name, reason in (("broken", "RuntimeError: half written"), ("absent", "No module named")):
         (tmp_path / "run.yaml").write_text(yaml.safe_dump({**RUN, "plugins": [name]}))
-        result = command(tmp_path, "train", "--config", "run.yaml", "--out", "out")
+        result = command(
+            tmp_path, "train", "--config", "run.yaml", "--plugins", name, "--out", "out"
+        )
         assert result.returncode == 2
         assert result.stderr.startswith("error: ")
         assert f"plug-in '{name}' cannot be imported" in result.stderr
@@ -86,6 +93,7 @@ def test_plugins_of_study_and_base_reach_every_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", sys.path.copy())
     base = RUN | {"env": {"num_envs": 4}, "plugins": ["of_the_base"]}
+    allow_plugins(["of_the_study", "of_the_base"])
     study = StudyConfig.model_validate(STUDY | {"plugins": ["of_the_study"], "base": base})
     assert [run.plugins for run in study.runs()] == [["of_the_study", "of_the_base"]]
 

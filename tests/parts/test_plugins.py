@@ -53,7 +53,17 @@ def test_parts_of_a_plugin_train_and_their_metrics_arrive(tmp_path):
     (tmp_path / "our_parts.py").write_text(MODULE)
     (tmp_path / "stand.yaml").write_text(CONFIG)
     done = subprocess.run(
-        [sys.executable, str(ROOT / "train.py"), "train", "--config", "stand.yaml", "--out", "run"],
+        [
+            sys.executable,
+            str(ROOT / "train.py"),
+            "train",
+            "--config",
+            "stand.yaml",
+            "--out",
+            "run",
+            "--plugins",
+            "our_parts",
+        ],
         cwd=tmp_path,
         capture_output=True,
         text=True,

@@ -66,10 +66,17 @@ def test_equal_runs_give_equal_bytes_and_a_finished_run_is_kept(tmp_path, algo):
     assert train(settings, tmp_path / "b")
     first = (tmp_path / "a" / "evals.npz").read_bytes()
     assert first == (tmp_path / "b" / "evals.npz").read_bytes()
-    stamp = (tmp_path / "a" / "model.zip").stat().st_mtime_ns
+    stamp = (tmp_path / "a" / "policy" / "policy.safetensors").stat().st_mtime_ns
     assert not train(settings, tmp_path / "a")
-    assert (tmp_path / "a" / "model.zip").stat().st_mtime_ns == stamp
-    for name in ("config.yaml", "manifest.json", "progress.csv", "tensorboard", "checkpoint"):
+    assert (tmp_path / "a" / "policy" / "policy.safetensors").stat().st_mtime_ns == stamp
+    for name in (
+        "config.yaml",
+        "manifest.json",
+        "progress.csv",
+        "tensorboard",
+        "checkpoint",
+        "policy",
+    ):
         assert (tmp_path / "a" / name).exists()
 
 

@@ -22,6 +22,7 @@ from agents.reporting.wording import answer, cpu_text, footer, reporting_block, 
 
 APART = {"n = 3": {"raw": 0.6, "clarke": 1.5}}
 FILES = {
+    "report.json",
     "learning_curves.png",
     "forest.png",
     "auc.png",
@@ -208,7 +209,7 @@ def test_partial_study_lists_what_is_missing_and_counts_failures(make_study):
     shutil.rmtree(folder / "raw_1")
     for seed in range(3):
         (folder / "clarke_1" / f"seed_0{seed}" / "DONE").unlink()
-    (folder / "clarke_0" / "seed_02" / "FAILED").touch()
+    (folder / "clarke_0" / "seed_02" / "DONE").rename(folder / "clarke_0" / "seed_02" / "FAILED")
     text = report(folder).read_text()
     assert "6 of 15 runs are not finished" in text
     assert "1 failed runs count as success 0" in text
@@ -337,7 +338,7 @@ def test_whatever_a_task_measures_flows_to_tables_and_figures_by_name(make_study
     rng = np.random.default_rng(0)
     for run in folder.glob("*/seed_*"):
         measure_otherwise(run, metrics, rng)
-    (folder / "clarke_0" / "seed_02" / "FAILED").touch()
+    (folder / "clarke_0" / "seed_02" / "DONE").rename(folder / "clarke_0" / "seed_02" / "FAILED")
     text = report(folder).read_text()
     assert '<th scope="col">Final laps</th>' in text
     assert "they have no laps" in text

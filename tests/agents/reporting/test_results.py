@@ -51,9 +51,9 @@ def test_run_without_marker_or_folder_is_missing(make_study):
     assert study.success(arm).shape == (1, 21)
 
 
-def test_failed_run_counts_as_zero_success_even_if_done(make_study):
+def test_failed_run_counts_as_zero_success(make_study):
     folder = make_study(PAIR)
-    (folder / "raw_0" / "seed_01" / "FAILED").touch()
+    (folder / "raw_0" / "seed_01" / "DONE").rename(folder / "raw_0" / "seed_01" / "FAILED")
     study = load_study(folder)
     arm = study.arms[0]
     assert arm.count("failed") == 1

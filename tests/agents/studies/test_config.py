@@ -45,7 +45,7 @@ def write(tmp_path: Path, text: str) -> Path:
     [
         ("algo: {name: ppo, learning_rat: 1}", ["algo.ppo.learning_rat", "Extra inputs"]),
         ("algo: {name: dqn}", ["algo", "dqn"]),
-        ("algo: nonsense", ["nonsense.yaml"]),
+        ("algo: nonsense", ["unknown algorithm", "ppo, sac, td3, tqc"]),
         ("env: {kwargs: {n_tendons: 2}}", ["env", "n_tendons must be at least 3, got 2"]),
         ("env: {id: clarke_gym/Nope-v0}", ["Nope"]),
         ("seed: -1\ntotal_steps: 0", ["seed", "total_steps"]),
@@ -92,6 +92,8 @@ def test_hidden_hyper_parameters_are_neutralised():
     """Protocol, rule 3: entropy per degree of freedom, noise in tip space."""
     for name, expected in (("sac", "target_entropy"), ("td3", "action_noise")):
         config = TrainConfig.model_validate({"algo": {"name": name}, "env": {"num_envs": 8}})
-        raw = config.algo.arguments({"dof": 2, "action": 8})[expected]
-        clarke = config.algo.arguments({"dof": 2, "action": 2})[expected]
+        raw = config.algo.arguments({"dof": 2, "action": 8, "num_envs": 8, "episode": 50})[expected]
+        clarke = config.algo.arguments({"dof": 2, "action": 2, "num_envs": 8, "episode": 50})[
+            expected
+        ]
         assert raw == (clarke if name == "sac" else pytest.approx(2.0 * clarke))

@@ -1,0 +1,80 @@
+"""Finished policies: tensors in safetensors, and what they are in JSON. Reading executes nothing.
+
+The network is built from the run's validated configuration; the file only fills it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import safetensors
+import safetensors.torch
+from gymnasium import spaces
+
+from agents import files
+from agents.files import ConfigError
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+
+    from agents.learning.config import TrainConfig
+
+FOLDER = "policy"
+TENSORS, ABOUT = f"{FOLDER}/policy.safetensors", f"{FOLDER}/policy.json"
+
+
+def _shape(space: spaces.Space[Any]) -> Any:
+    if isinstance(space, spaces.Dict):
+        return {name: _shape(part) for name, part in space.spaces.items()}
+    return {"shape": list(space.shape or ()), "dtype": str(space.dtype)}
+
+
+def write_policy(folder: Path, config: TrainConfig, model: BaseAlgorithm) -> None:
+    """Write a model's policy into ``policy/`` of a run folder."""
+    (folder / FOLDER).mkdir(exist_ok=True)
+    about = {
+        "format": 1,
+        "algorithm": config.algo.name,
+        "policy_class": type(model.policy).__name__,
+        "settings": config.algo.model_dump(mode="json"),
+        "env": config.env.model_dump(mode="json"),
+        "observation_space": _shape(model.observation_space),
+        "action_space": _shape(model.action_space),
+        "env_steps": model.num_timesteps,
+        "seed": config.seed,
+    }
+    tensors = {name: t.detach().clone() for name, t in model.policy.state_dict().items()}
+    files.write_bytes(folder / TENSORS, safetensors.torch.save(tensors))
+    files.write_text(folder / ABOUT, json.dumps(about, indent=2) + "\n")
+
+
+def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
+    """Return a model whose policy is that of a finished run.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, it is damaged, or it is not of this configuration.
+    """
+    if not (folder / TENSORS).is_file():
+        if (folder / "model.zip").exists():
+            raise ConfigError(
+                f"{folder} holds a model.zip of version 0.1: a pickle, which could run any code, "
+                "and is not read. Train the run again, into another folder"
+            )
+        raise ConfigError(f"{folder} holds no trained policy ({TENSORS}); finish it first")
+    if (folder / files.DONE).is_file() and (found := files.damage(folder)):
+        raise ConfigError(f"damaged run: {found}")
+    from agents.learning.training import make_model, make_training_env
+
+    vec_env = make_training_env(config)
+    model = make_model(config, vec_env)
+    vec_env.close()
+    try:
+        model.policy.load_state_dict(safetensors.torch.load((folder / TENSORS).read_bytes()))
+    except (RuntimeError, ValueError, safetensors.SafetensorError) as error:
+        reason = str(error).splitlines()[0]
+        raise ConfigError(f"{folder / TENSORS} does not fit {files.CONFIG}: {reason}") from None
+    return model

@@ -1,0 +1,162 @@
+"""Workers that die, signals, two studies in one folder."""
+
+import os
+import signal
+import time
+
+import pytest
+
+from agents.learning.config import TrainConfig
+from agents.learning.training import train
+from agents.studies import executors
+from agents.studies.config import StudyConfig
+from agents.studies.study import run_study
+from tests.attack.world import RUNS, STUDY, popen, tree, write
+
+LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
+LONGER |= {"evaluation": {"every_steps": 1_024, "n_goals": 50}}
+LONG_STUDY = STUDY | {"base": STUDY["base"] | LONGER}
+
+
+def children(pid):
+    """Return the processes that train for a study."""
+    found = []
+    for path in os.listdir("/proc"):
+        try:
+            with open(f"/proc/{path}/stat") as file:
+                parent = int(file.read().rpartition(")")[2].split()[1])
+            with open(f"/proc/{path}/cmdline") as file:
+                command = file.read()
+        except (OSError, ValueError):
+            continue
+        if parent == pid and "spawn_main" in command:
+            found.append(int(path))
+    return found
+
+
+def wait_for(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.02)
+
+
+def test_a_killed_worker_costs_its_own_run_the_last_minutes_only(tmp_path):
+    path = write(tmp_path / "study.yaml", LONG_STUDY)
+    out = tmp_path / "out"
+    with popen("study", "--config", path, "--out", out, "--workers", 2) as process:
+        wait_for(lambda: len(list(out.glob("*/*/checkpoint/step_*"))) >= 2)
+        os.kill(children(process.pid)[0], signal.SIGKILL)
+        output = process.stdout.read() + process.stderr.read()
+    assert process.returncode == 0, output
+    assert "was killed by SIGKILL; continuing it (1 of 3 times)" in output
+    for run in StudyConfig.model_validate(LONG_STUDY).runs():
+        train(run, tmp_path / "alone" / run.name)
+        expected = (tmp_path / "alone" / run.name / "evals.npz").read_bytes()
+        assert (out / run.name / "seed_00" / "evals.npz").read_bytes() == expected
+    print("a killed worker: both runs complete, byte-equal")
+
+
+def test_a_run_whose_process_always_dies_is_given_up_and_the_others_go_on(tmp_path, monkeypatch):
+    (tmp_path / "deadly.py").write_text(
+        "import os, sys\n"
+        "if any('spawn_main' in word for word in sys.orig_argv): os.kill(os.getpid(), 9)\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    executors.allow_plugins(["deadly"])
+    deadly = TrainConfig.model_validate(RUNS["ppo"] | {"plugins": ["deadly"]})
+    good = TrainConfig.model_validate(RUNS["ppo"])
+    kills = iter(range(100))
+    monkeypatch.setattr(executors, "memory_kills", lambda: next(kills))
+    lines = []
+    jobs = [(deadly, tmp_path / "bad"), (good, tmp_path / "good")]
+    ends = {
+        end.job[1].name: end for end in executors.run_pool(jobs, 1, lambda _: None, lines.append)
+    }
+    assert ends["good"].outcome == "done"
+    assert ends["bad"].outcome == "unfinished"
+    assert len(lines) == executors.MAX_DEATHS
+    assert "for lack of memory" in ends["bad"].reason
+    assert not (tmp_path / "bad" / "FAILED").exists()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("command", ["study", "train"])
+def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, command):
+    config = (
+        LONG_STUDY
+        if command == "study"
+        else RUNS["ppo"] | LONGER | {"total_steps": 10**6 // 1024 * 1024}
+    )
+    path = write(tmp_path / "config.yaml", config)
+    out = tmp_path / "out"
+    with popen(command, "--config", path, "--out", out, start_new_session=True) as process:
+        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        workers = children(process.pid)
+        began = time.monotonic()
+        if number == signal.SIGINT:  # a terminal sends it to all
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
+        error = process.stderr.read()
+        process.wait(10)
+        took = time.monotonic() - began
+    assert process.returncode == code
+    assert took < 3.0
+    assert error.splitlines() == ["stopped; the same command continues from the last checkpoint"]
+    assert not [pid for pid in workers if os.path.exists(f"/proc/{pid}")]
+    assert not list(out.rglob("FAILED"))
+    print(f"{signal.Signals(number).name} in {command}: stopped after {took:.2f} s")
+    if command == "study" and number == signal.SIGINT:
+        with popen(command, "--config", path, "--out", out) as process:
+            process.communicate()
+        assert process.returncode == 0
+
+
+def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path):
+    """A file where one arm's folder should be stands for whatever the disk refuses."""
+    study = StudyConfig.model_validate(STUDY)
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "raw_n3").write_text("in the way")
+    (out / "study.yaml").write_text(executors_yaml(study))
+    ends = run_study(study, out, 1)
+    assert ends == {"done": 1, "unfinished": 1}
+    assert not list(out.rglob("FAILED"))
+    (out / "raw_n3").unlink()
+    assert run_study(study, out, 1) == {"done": 1}
+    before = tree(out)
+    assert run_study(study, out, 1) == {}
+    assert tree(out) == before
+
+
+def executors_yaml(study):
+    from agents.yaml_files import yaml_text
+
+    return yaml_text(study.resolved())
+
+
+def test_two_studies_in_one_folder_and_train_in_a_run_of_a_study(tmp_path):
+    endless = STUDY | {"base": STUDY["base"] | LONGER | {"total_steps": 1024 * 1024}}
+    path = write(tmp_path / "study.yaml", endless)
+    out = tmp_path / "out"
+    run = StudyConfig.model_validate(endless).runs()[0]
+    single = write(tmp_path / "run.yaml", run.model_dump(mode="json"))
+    folder = out / run.name / "seed_00"
+    with popen("study", "--config", path, "--out", out, "--workers", 1) as first:
+        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        for command in (
+            ("study", "--config", path, "--out", out),
+            ("train", "--config", single, "--out", folder),
+        ):
+            with popen(*command) as second:
+                error = second.stderr.read()
+            assert second.returncode == 2
+            assert "in use by another process" in error
+            assert error.count("\n") == 1
+        assert first.poll() is None
+        first.terminate()
+        first.communicate()
+    assert not list(out.rglob("FAILED"))

@@ -1,0 +1,224 @@
+"""Kills at random instants and at every write; damage to every file; results stay byte-equal."""
+
+import os
+import random
+import shutil
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from agents.learning import checkpoint, training
+from agents.learning.algorithms import ALGORITHMS
+from agents.learning.config import TrainConfig
+from agents.learning.training import train
+from tests.attack.world import LONG, RUNS, popen, write
+
+NAMES = [name for name in RUNS if ALGORITHMS[RUNS[name]["algo"]["name"]].installed]
+
+
+class Killed(BaseException):
+    pass
+
+
+def config(name):
+    return TrainConfig.model_validate(RUNS[name])
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the results of an unbroken run, made once."""
+    made = {}
+
+    def result(name):
+        if name not in made:
+            folder = tmp_path_factory.mktemp(name)
+            train(config(name), folder)
+            made[name] = folder
+        return made[name]
+
+    return result
+
+
+def equal(one, other):
+    for name in ("evals.npz", "policy/policy.safetensors"):
+        if (one / name).read_bytes() != (other / name).read_bytes():
+            return False
+    return True
+
+
+def stop_after(steps):
+    done = 0
+
+    def hook(more):
+        nonlocal done
+        done += more
+        if done > steps:
+            raise Killed
+
+    return hook
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, name):
+    expected = whole(name)
+    for kills, steps in enumerate((130, 300, 500)):
+        with pytest.raises(Killed):
+            train(config(name), tmp_path, stop_after(steps))
+        assert len(list((tmp_path / "checkpoint").iterdir())) == min(kills + 1, 2)
+    train(config(name), tmp_path)
+    assert equal(tmp_path, expected)
+
+
+@pytest.mark.parametrize("name", NAMES if LONG else ["ppo", "sac_her"])
+def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, whole, name, monkeypatch):
+    """Each fsync, rename and mkdir of a run is the last one in turn."""
+    expected = whole(name)
+    count, last = 0, None
+
+    def dying(function):
+        def call(*args, **kwargs):
+            nonlocal count
+            count += 1
+            if count == last:
+                os._exit(9)
+            return function(*args, **kwargs)
+
+        return call
+
+    for name_ in ("fsync", "replace", "mkdir", "rename", "unlink"):
+        monkeypatch.setattr(os, name_, dying(getattr(os, name_)))
+    train(config(name), tmp_path / "counted")
+    events = count
+    few = range(5, events, events // (8 if name == "ppo" else 3))
+    points = range(1, events + 1) if LONG else [1, *few, events]
+    for point in points:
+        folder = tmp_path / f"at_{point}"
+        child = os.fork()
+        if child == 0:
+            count, last = 0, point
+            train(config(name), folder)
+            os._exit(0)
+        _, status = os.waitpid(child, 0)
+        assert os.waitstatus_to_exitcode(status) == 9, point
+        train(config(name), folder)
+        assert equal(folder, expected), point
+        left = list(folder.rglob(".part-*"))
+        assert not left, (point, left)
+    print(f"{name}: killed at {len(points)} of {events} events, all byte-equal, nothing left")
+
+
+@pytest.mark.parametrize("name", ["ppo", "td3", "sac_her"] if LONG else ["ppo"])
+def test_a_process_killed_at_random_instants(tmp_path, name):
+    longer = RUNS[name] | {"total_steps": 8192 if name == "ppo" else 1024}
+    train(TrainConfig.model_validate(longer), tmp_path / "whole")
+    path = write(tmp_path / "run.yaml", longer)
+    command = ("train", "--config", path, "--out", tmp_path / "run")
+    chance = random.Random(0)
+    kills = 0
+    for _ in range(10 if LONG else 2):
+        with popen(*command) as process:
+            time.sleep(chance.uniform(1.5, 4.0))
+            process.kill()
+        kills += process.returncode == -signal.SIGKILL
+    with popen(*command) as process:
+        assert process.wait(120) == 0, process.stderr.read()
+    assert kills
+    assert equal(tmp_path / "run", tmp_path / "whole")
+    print(f"{name}: {kills} kills at random instants, byte-equal")
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac_her", "td3"])
+def test_every_flipped_bit_of_a_checkpoint_is_seen(tmp_path, whole, name, capsys):
+    """Flips anywhere in any file: said, and the checkpoint before it continues."""
+    with pytest.raises(Killed):
+        train(config(name), tmp_path / "run", stop_after(300))
+    newest = max((tmp_path / "run" / "checkpoint").iterdir())
+    chance = random.Random(1)
+    names = sorted(path.name for path in newest.iterdir())
+    flips = 68 if LONG else 24
+    for i in range(flips):
+        path = newest / names[i % len(names)]
+        data = path.read_bytes()
+        bit = chance.randrange(8 * len(data))
+        damaged = bytearray(data)
+        damaged[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(damaged)
+        with pytest.raises(checkpoint.DamagedError):
+            checkpoint._read(newest)
+        path.write_bytes(data)
+    path.write_bytes(damaged)
+    train(config(name), tmp_path / "run")
+    assert "is damaged" in capsys.readouterr().err
+    assert equal(tmp_path / "run", whole(name))
+    print(f"{name}: {flips} flipped bits, {flips} seen")
+
+
+@pytest.mark.parametrize(
+    "name", ["state.json", "arrays.npz", "tensors.safetensors", "manifest.json"]
+)
+def test_a_cut_or_missing_file_of_both_checkpoints_starts_again(tmp_path, whole, name, capsys):
+    with pytest.raises(Killed):
+        train(config("ppo"), tmp_path, stop_after(300))
+    first, second = sorted((tmp_path / "checkpoint").iterdir())
+    (first / name).unlink()
+    os.truncate(second / name, (second / name).stat().st_size // 2)
+    train(config("ppo"), tmp_path)
+    assert capsys.readouterr().err.count("is damaged") == 2
+    assert equal(tmp_path, whole("ppo"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_finished_run_is_extended_exactly_and_the_old_result_kept(tmp_path, whole, name):
+    short = TrainConfig.model_validate(RUNS[name] | {"total_steps": 256})
+    train(short, tmp_path)
+    before = {p: (tmp_path / p).read_bytes() for p in (*training.RESULTS, "manifest.json", "DONE")}
+    assert train(config(name), tmp_path)
+    assert equal(tmp_path, whole(name))
+    kept = tmp_path / "until_000000000256"
+    assert {p: (kept / p).read_bytes() for p in before} == before
+    assert not train(config(name), tmp_path)
+
+
+def test_a_run_of_a_study_is_not_extended(tmp_path):
+    folder = tmp_path / "study" / "arm" / "seed_00"
+    short = TrainConfig.model_validate(RUNS["ppo"] | {"total_steps": 256})
+    train(short, folder)
+    (tmp_path / "study" / "study.yaml").touch()
+    with pytest.raises(ValueError, match="belongs to a study"):
+        train(config("ppo"), folder)
+    assert (folder / "DONE").exists()
+
+
+def test_checkpoints_keep_every_kind_of_state():
+    from collections import deque
+
+    from agents.learning.encoding import decode_state, encode_state
+
+    generator = np.random.Generator(np.random.MT19937(3))
+    state = {
+        "a": [1, 2.5, None, True, "x", float("inf")],
+        "t": (np.float32(0.1), np.arange(3), deque([1], maxlen=4)),
+        3: {"generator": generator, "philox": np.random.Generator(np.random.Philox(1))},
+    }
+    back = decode_state(encode_state(state))
+    assert back["a"] == state["a"]
+    assert back["t"][0] == np.float32(0.1)
+    assert back["t"][0].dtype == np.float32
+    assert back["t"][2].maxlen == 4
+    assert back[3]["generator"].random() == generator.random()
+    assert back[3]["philox"].random() == state[3]["philox"].random()
+    with pytest.raises(TypeError, match=r"state\.o: a object cannot"):
+        encode_state({"o": object()})
+
+
+def test_a_copied_checkpoint_of_another_model_is_refused(tmp_path, whole, capsys):
+    with pytest.raises(Killed):
+        train(config("ppo"), tmp_path / "run", stop_after(300))
+    newest = max((tmp_path / "run" / "checkpoint").iterdir())
+    shutil.rmtree(newest)
+    shutil.copytree(whole("sac") / "checkpoint" / newest.name.replace("256", "512"), newest)
+    train(config("ppo"), tmp_path / "run")
+    assert "it is of another model" in capsys.readouterr().err
+    assert equal(tmp_path / "run", whole("ppo"))

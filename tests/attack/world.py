@@ -1,0 +1,76 @@
+"""What the attacks share: small runs, the command line, and how long the form is."""
+
+import os
+import subprocess
+import sys
+
+import yaml
+
+from agents.files import ROOT
+
+LONG = os.environ.get("ATTACK") == "long"
+"""`make attack` sets it; CI runs the short form."""
+
+_BASE = {
+    "name": "tiny",
+    "env": {"num_envs": 4, "kwargs": {"n_tendons": 5, "representation": "clarke"}},
+    "total_steps": 512,
+    "evaluation": {"every_steps": 128, "n_goals": 50},
+    "checkpoint_every_steps": 128,
+}
+_OFF_POLICY = {"learning_starts": 64, "batch_size": 32, "net_arch": [8], "buffer_size": 400}
+_HER = {"num_envs": 2, "kwargs": {"n_tendons": 5, "representation": "clarke", "goal_env": True}}
+_MUJOCO = {"num_envs": 4, "kwargs": {"n_tendons": 3, "physics": "mujoco", "threads": 1}}
+_PPO = {"name": "ppo", "n_steps": 32, "batch_size": 64, "n_epochs": 2, "net_arch": [8]}
+RUNS = {
+    "ppo": _BASE | {"algo": _PPO},
+    "ppo_mujoco": _BASE | {"algo": _PPO, "env": _MUJOCO},
+    "sac": _BASE | {"algo": {"name": "sac", **_OFF_POLICY}},
+    "sac_her": _BASE | {"algo": {"name": "sac", "replay": "her", **_OFF_POLICY}, "env": _HER},
+    "td3": _BASE | {"algo": {"name": "td3", **_OFF_POLICY}},
+    "td3_her": _BASE | {"algo": {"name": "td3", "replay": "her", **_OFF_POLICY}, "env": _HER},
+    "tqc": _BASE | {"algo": {"name": "tqc", **_OFF_POLICY}},
+}
+"""The replay buffers are so small that they are overwritten."""
+
+STUDY = {
+    "name": "attacked",
+    "title": "A study under attack",
+    "tuning": "none",
+    "representations": [
+        {"label": "raw", "env": {"representation": "raw"}},
+        {"label": "clarke", "env": {"representation": "clarke"}},
+    ],
+    "tasks": [{"label": "n = 3", "env": {"n_tendons": 3}}],
+    "seeds": [0],
+    "base": _BASE | {"algo": _PPO, "env": {"num_envs": 4}},
+}
+
+
+def popen(*arguments, cwd=None, **options):
+    """Start the command line."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path[1:]])}
+    return subprocess.Popen(
+        [sys.executable, str(ROOT / "train.py"), *map(str, arguments)],
+        cwd=cwd,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def write(path, data):
+    path.write_text(yaml.safe_dump(data))
+    return path
+
+
+def tree(folder):
+    """Return what is in a folder: path -> bytes, or what a link points at."""
+    return {
+        str(path.relative_to(folder)): (
+            os.readlink(path) if path.is_symlink() else path.is_file() and path.read_bytes()
+        )
+        for path in sorted(folder.rglob("*"))
+    }
