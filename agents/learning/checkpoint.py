@@ -31,6 +31,7 @@ FOLDER = "checkpoint"
 
 _NAME = re.compile(r"step_[0-9]{12}")
 _FILES = (*encoding.FILES, files.MANIFEST)
+_REMOVABLE = (*_FILES, "model.zip", "state.pkl", "replay_buffer.pkl")  # the last three: version 0.1
 
 _COUNTERS = (
     "num_timesteps",
@@ -66,7 +67,7 @@ class Checkpoints:
         self._folder = run / FOLDER
         self._previous: Path | None = None
         files.refuse_links(run, [FOLDER])
-        files.sweep(self._folder, _FILES)
+        files.sweep(self._folder, _REMOVABLE)
 
     def save(self, model: BaseAlgorithm, vec_env: Sb3VecEnv, progress: dict[str, Any]) -> None:
         """Write a checkpoint, and remove all but the one before it.
@@ -95,16 +96,16 @@ class Checkpoints:
                         file.flush()
                         os.fsync(file.fileno())
                 files.fsync_folder(part)
-                if target.exists() and not files.remove_own_folder(target, _FILES):
+                if target.exists() and not files.remove_own_folder(target, _REMOVABLE):
                     raise files.ConfigError(f"{target} holds files that are not this program's")
                 part.rename(target)
             except BaseException:
-                files.remove_own_folder(part, _FILES)
+                files.remove_own_folder(part, _REMOVABLE)
                 raise
             files.fsync_folder(self._folder)
         for old in self._all():
             if old not in (target, self._previous):
-                files.remove_own_folder(old, _FILES)
+                files.remove_own_folder(old, _REMOVABLE)
         self._previous = target
 
     def resume(

@@ -1,6 +1,7 @@
 """Nothing of the user's is deleted, replaced or reached through a link."""
 
 import os
+import time
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from agents.reporting.report import write_report
 from agents.reporting.results import ResultsError
 from agents.studies.config import StudyConfig
 from agents.studies.study import run_study
-from tests.attack.world import RUNS, STUDY, tree
+from tests.attack.world import RUNS, STUDY, popen, tree, write
 
 CONFIG = TrainConfig.model_validate(RUNS["ppo"] | {"total_steps": 128})
 
@@ -169,13 +170,17 @@ def test_a_full_disk_is_named_and_the_run_continues_later(tmp_path, monkeypatch)
     assert train(CONFIG, tmp_path)
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_folder_that_is_deleted_does_not_come_back_half_filled(tmp_path):
-    def delete(steps):
-        if (tmp_path / "run" / "config.yaml").exists():
-            (tmp_path / "run").rename(tmp_path / "gone")
-
-    with pytest.raises(FileNotFoundError):
-        train(CONFIG, tmp_path / "run", delete)
-    assert not (tmp_path / "run").exists()
-    assert not (tmp_path / "gone" / "DONE").exists()
+    run, gone = tmp_path / "run", tmp_path / "gone"
+    path = write(tmp_path / "run.yaml", RUNS["ppo"] | {"total_steps": 128 * 1024})
+    with popen("train", "--config", path, "--out", run) as process:
+        while not list(run.glob("checkpoint/step_*")):
+            assert process.poll() is None
+            time.sleep(0.02)
+        run.rename(gone)
+        error = process.stderr.read()
+    assert process.returncode == 2
+    assert "error: " in error
+    assert not run.exists()
+    assert not (gone / "DONE").exists()
+    assert not (gone / "FAILED").exists()

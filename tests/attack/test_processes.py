@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from agents.learning.training import train
 from agents.studies import executors
 from agents.studies.config import StudyConfig
 from agents.studies.study import run_study
+from agents.yaml_files import yaml_text
 from tests.attack.world import RUNS, STUDY, popen, tree, write
 
 LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
@@ -115,13 +117,48 @@ def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, c
         assert process.returncode == 0
 
 
-def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path):
-    """A file where one arm's folder should be stands for whatever the disk refuses."""
+@pytest.fixture
+def small_disk(tmp_path):
+    """Return a folder on a file system of 64 kB of its own."""
+    folder = tmp_path / "out" / "raw_n3"
+    folder.mkdir(parents=True)
+    command = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
+    try:
+        mounted = subprocess.run(command, capture_output=True, check=False).returncode == 0
+    except FileNotFoundError:
+        mounted = False
+    if not mounted:
+        pytest.skip("mounting needs privileges")
+    yield folder
+    subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, small_disk):
+    study = StudyConfig.model_validate(STUDY)
+    (tmp_path / "out" / "study.yaml").write_text(yaml_text(study.resolved()))
+    path = write(tmp_path / "study.yaml", STUDY)
+    command = ("study", "--config", path, "--out", tmp_path / "out", "--workers", 1)
+    with popen(*command) as process:
+        output = process.stdout.read() + process.stderr.read()
+    assert process.returncode == 1
+    assert f"no space left on the file system of {small_disk} for" in output
+    assert "1 runs unfinished; the same command continues them" in output
+    assert (tmp_path / "out" / "clarke_n3" / "seed_00" / "DONE").exists()
+    assert not (small_disk / "seed_00" / "FAILED").exists()
+    remount = ["mount", "-o", "remount,size=64m", str(small_disk)]
+    subprocess.run(remount, check=True)
+    with popen(*command) as process:
+        process.communicate()
+    assert process.returncode == 0
+    print("a full disk: named, the other run complete, the run complete once there was room")
+
+
+def test_a_fault_of_one_folder_lets_the_other_runs_go_on(tmp_path):
     study = StudyConfig.model_validate(STUDY)
     out = tmp_path / "out"
     out.mkdir()
     (out / "raw_n3").write_text("in the way")
-    (out / "study.yaml").write_text(executors_yaml(study))
+    (out / "study.yaml").write_text(yaml_text(study.resolved()))
     ends = run_study(study, out, 1)
     assert ends == {"done": 1, "unfinished": 1}
     assert not list(out.rglob("FAILED"))
@@ -130,12 +167,6 @@ def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path):
     before = tree(out)
     assert run_study(study, out, 1) == {}
     assert tree(out) == before
-
-
-def executors_yaml(study):
-    from agents.yaml_files import yaml_text
-
-    return yaml_text(study.resolved())
 
 
 def test_two_studies_in_one_folder_and_train_in_a_run_of_a_study(tmp_path):

@@ -155,3 +155,15 @@ def test_the_shipped_configurations_are_read_from_any_folder(tmp_path, monkeypat
     for text in ("algo: sac", "algo: {name: td3}"):
         (tmp_path / "run.yaml").write_text(text)
         assert load_config(TrainConfig, tmp_path / "run.yaml")
+
+
+def test_a_checkpoint_of_version_0_1_is_said_and_the_run_starts_again(tmp_path, capsys):
+    train(CONFIG, tmp_path)
+    (tmp_path / "DONE").unlink()
+    for path in (tmp_path / "checkpoint").iterdir():
+        for name in ("manifest.json", "state.json"):
+            (path / name).unlink()
+        (path / "state.pkl").write_bytes(pickle.dumps(Hostile(tmp_path / "executed")))
+    assert train(CONFIG, tmp_path)
+    assert "written by version 0.1 with pickle" in capsys.readouterr().err
+    assert not (tmp_path / "executed").exists()

@@ -1,0 +1,30 @@
+"""What is shipped has been shown to learn: a committed curve for each configuration."""
+
+import csv
+
+import pytest
+
+from agents.files import ROOT
+from agents.learning.algorithms import ALGORITHMS
+from agents.learning.config import TrainConfig, load_config
+
+CURVES = ROOT / "docs" / "curves"
+TRAINS = sorted((ROOT / "configs" / "train").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", TRAINS, ids=lambda path: path.stem)
+def test_every_shipped_run_solves_reach(path):
+    with (CURVES / f"{path.stem}.csv").open() as file:
+        last = list(csv.DictReader(file))[-1]
+    assert int(last["env_steps"]) == load_config(TrainConfig, path).total_steps
+    assert float(last["success_rate"]) >= 0.9
+    assert float(last["wall_s"]) > 0
+
+
+def test_no_algorithm_is_shipped_without_a_curve():
+    shown = {load_config(TrainConfig, path).algo.name for path in TRAINS}
+    for name in ALGORITHMS.keys() - shown:
+        with (CURVES / f"{name}.csv").open() as file:
+            assert float(list(csv.DictReader(file))[-1]["success_rate"]) >= 0.9, name
+    shipped = {path.stem for path in (ROOT / "configs" / "algos").glob("*.yaml")}
+    assert shipped == set(ALGORITHMS)
