@@ -26,3 +26,10 @@ def test_ten_minutes_executes():
 def test_every_picture_of_the_page_exists_and_every_picture_is_used():
     pictures = set(re.findall(r"\]\((figures/[^)]+)\)", PAGE.read_text()))
     assert pictures == {f"figures/{path.name}" for path in (DOCS / "figures").glob("*.png")}
+
+
+def test_the_page_of_sensors_is_what_the_code_says():
+    from benchmarks.sensor_tables import PAGE as SENSORS_PAGE
+    from benchmarks.sensor_tables import page
+
+    assert SENSORS_PAGE.read_text() == page()

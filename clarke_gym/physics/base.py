@@ -156,7 +156,7 @@ class RobotState:
 
     @property
     def contact_force(self) -> FloatArray:
-        """Sum of the normal forces between robot and scene [N], shape (B,); "mujoco" alone."""
+        """Magnitude of the net force between robot and scene [N], (B,); "mujoco" alone has it."""
         return self._offered("contact_force")
 
     def _offered(self, noun: str) -> FloatArray:

@@ -102,7 +102,7 @@ class Clearance(TaskSensor):
 
 @register_sensor("contact_force")
 class ContactForce(TaskSensor):
-    """Sum of the normal forces between robot and scene."""
+    """Magnitude of the net force between robot and scene."""
 
     unit: ClassVar[str] = "N"
     needs: ClassVar[tuple[str, ...]] = ("contact_force",)
