@@ -228,10 +228,13 @@ def _terminate(number: int, frame: object) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; expected errors are one line, not a traceback."""
     signal.signal(signal.SIGTERM, _terminate)
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        return _run(sys.argv[1:] if arguments is None else arguments)
+        return _run(arguments)
     except (KeyboardInterrupt, Terminated) as stop:
-        print("stopped; the same command continues from the last checkpoint", file=sys.stderr)
+        resumable = arguments and arguments[0] in ("train", "study")
+        way_on = "; the same command continues from the last checkpoint" if resumable else ""
+        print(f"stopped{way_on}", file=sys.stderr)
         sys.stdout.flush()
         sys.stderr.flush()
         # Threads and processes of libraries have nothing left to do that could be waited for.
