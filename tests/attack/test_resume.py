@@ -75,7 +75,8 @@ def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, na
 def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypatch):
     """Each fsync, rename and mkdir of a run is the last one in turn."""
     short = TrainConfig.model_validate(RUNS[name] | {"total_steps": 256})
-    expected = tmp_path / "counted"
+    expected = tmp_path / "whole"
+    train(short, expected)  # the first in a process may do more than the later ones
     count, last = 0, None
 
     def dying(function):
@@ -90,7 +91,7 @@ def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypa
 
     for name_ in ("fsync", "replace", "mkdir", "rename", "unlink"):
         monkeypatch.setattr(os, name_, dying(getattr(os, name_)))
-    train(short, expected)
+    train(short, tmp_path / "counted")
     events = count
     few = range(5, events, events // (8 if name == "ppo" else 3))
     points = range(1, events + 1) if LONG else [1, *few, events]
