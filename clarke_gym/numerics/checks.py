@@ -10,6 +10,7 @@ import numpy as np
 from clarke_gym.numerics.arrays import Array, FloatArray, as_floating
 
 MIN_TENDONS = 3
+MAX_TENDONS = 4096
 
 
 def check_tendon_count(n: int, name: str = "n") -> int:
@@ -20,12 +21,17 @@ def check_tendon_count(n: int, name: str = "n") -> int:
     TypeError
         If `n` is not a whole number.
     ValueError
-        If `n` < 3: two joints on one line cannot bend a segment in a plane of directions.
+        If `n` < 3: two joints on one line cannot bend a segment in a plane of directions; or if it
+        is beyond `MAX_TENDONS`.
     """
     if isinstance(n, bool) or not isinstance(n, int | np.integer):
         raise TypeError(f"{name} must be a whole number >= {MIN_TENDONS}, got {n!r}")
     if n < MIN_TENDONS:
         raise ValueError(f"{name} must be at least {MIN_TENDONS}, got {n}")
+    if n > MAX_TENDONS:
+        raise ValueError(
+            f"{name} must be at most {MAX_TENDONS}, got {n}: matrices grow with its square"
+        )
     return int(n)
 
 

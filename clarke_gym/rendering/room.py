@@ -12,6 +12,9 @@ import mujoco
 from clarke_gym.robots.robot import Robot
 
 _BACKENDS = ("egl", "osmesa")
+_process: int | None = None
+"""The process whose first picture opened OpenGL; drivers hang in its forked children."""
+
 _HELP = (
     "no OpenGL for off-screen rendering: install the Debian packages libegl1, libegl-mesa0 and "
     "libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa); MUJOCO_GL=egl or osmesa chooses one"
@@ -26,6 +29,12 @@ def make_context(width: int, height: int) -> Any:
     RuntimeError
         If neither EGL nor OSMesa works; the message names the packages.
     """
+    global _process
+    if _process is not None and _process != os.getpid():
+        raise RuntimeError(
+            "a process forked from one that has drawn cannot draw: start it with 'spawn' (in "
+            "Gymnasium, AsyncVectorEnv(..., context='spawn')), or draw in one of the two alone"
+        )
     chosen = os.environ.get("MUJOCO_GL", "").lower()
     problems = []
     for backend in (chosen,) if chosen in (*_BACKENDS, "glfw") else _BACKENDS:
@@ -36,6 +45,7 @@ def make_context(width: int, height: int) -> Any:
             problems.append(f"{backend}: {error}")
             os.environ.pop("PYOPENGL_PLATFORM", None)  # a failed backend must not bind the next
         else:
+            _process = os.getpid()
             return context
     raise RuntimeError(f"{_HELP} ({'; '.join(problems)})")
 

@@ -59,11 +59,11 @@ class Decoder:
 
         Raises
         ------
-        ValueError
-            If the action has another shape or is not finite.
+        ValueError, TypeError
+            If the action has another shape, is not finite, or holds no real numbers.
         """
         array: NDArray[Any] = np.asarray(action)
-        if array.shape != self._shape:
+        if array.shape != self._shape or array.dtype.kind not in "fiu":
             self._refuse(array)
         batch = self._batch
         given = batch.given(array)
@@ -80,6 +80,8 @@ class Decoder:
         return self._splitter.rows(joints)
 
     def _refuse(self, array: NDArray[Any]) -> NoReturn:
+        if array.dtype.kind not in "fiu":
+            raise TypeError(f"action must hold real numbers, got {array.dtype} in {array!r}")
         raise ValueError(
             f"action must have the shape {self._shape}, got {array.shape}, in the representation "
             f"{self.representation.name!r}"

@@ -39,6 +39,29 @@ def _keys(kind: type, data: Any, where: str, extra: tuple[str, ...] = ()) -> dic
     for key in data:
         if key not in known:
             raise ValueError(f"{where}: unknown key {key!r}{nearest(key, known)}; known: {known}")
+    check_plausible(data, where)
+    return dict(data)
+
+
+def check_plausible(data: Mapping[str, Any], where: str) -> None:
+    """Refuse numbers that are in the wrong unit.
+
+    Parameters
+    ----------
+    data : mapping
+        Numbers by the names of `PLAUSIBLE`; others are let through.
+    where : str
+        What messages call it.
+
+    Raises
+    ------
+    ValueError
+        If a number lies outside its range.
+
+    Examples
+    --------
+    >>> check_plausible({"length_m": 0.2}, "segment 1")
+    """
     for key, value in data.items():
         if key in PLAUSIBLE:
             low, high, unit = PLAUSIBLE[key]
@@ -48,7 +71,6 @@ def _keys(kind: type, data: Any, where: str, extra: tuple[str, ...] = ()) -> dic
                     f"{where}: {key} must be a number from {low:g} to {high:g} {unit}, "
                     f"got {value!r}: is it in another unit?"
                 )
-    return dict(data)
 
 
 def robot_from_dict(data: Mapping[str, Any], where: str = "robot") -> Robot:

@@ -13,6 +13,9 @@ from clarke_gym.tasks.base import Goal, GoalTask, Metric, Outcome, register_task
 
 REWARDS = ("dense", "sparse")
 
+MOST_TOLERANCE = 1.0
+"""Largest tolerance, as a fraction of the robot's length."""
+
 CLOSENESS_SCALE = 0.1
 """Tip error, as a fraction of the robot's length, at which the closeness term is one half."""
 
@@ -57,6 +60,11 @@ class Reach(GoalTask):
         super().__init__(robot)
         check_choice("reward", reward, REWARDS)
         check_positive("success_tolerance", success_tolerance)
+        if success_tolerance > MOST_TOLERANCE:
+            raise ValueError(
+                f"success_tolerance is a fraction of the length of at most {MOST_TOLERANCE}, got "
+                f"{success_tolerance!r}: every tip would be a success"
+            )
         if not isinstance(random_start, bool):
             raise TypeError(f"random_start must be true or false, got {random_start!r}")
         self.success_tolerance = float(success_tolerance)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import mujoco
@@ -49,6 +50,7 @@ class BatchEngine(Engine):
         super().__init__(chain)
         self._stage = POSITIONS if poses else NOTHING
         self._batch = Batch(chain.model, num_envs, threads)
+        self._process = os.getpid() if threads > 1 else None
         self._quiet = QuietEngine()
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self.warm = self._batch.bind("qacc_warmstart")
@@ -73,6 +75,11 @@ class BatchEngine(Engine):
 
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
+        if self._process is not None and self._process != os.getpid():
+            raise RuntimeError(
+                "a MuJoCo batch on several threads does not survive a fork; make the environment "
+                "in the process that steps it, start processes with 'spawn', or pass threads=1"
+            )
         if self._activation is not None:
             self._activation[:] = start
         self._control[:] = control
