@@ -85,6 +85,7 @@ STUDIES = {
 def refused(tmp_path, monkeypatch, capsys):
     """Return a check of arguments: exit code 2, one line with the text, nothing written."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command_line.signal, "signal", lambda *_: None)  # the tests' own stay
 
     def check(arguments, text):
         before = tree(tmp_path)
