@@ -104,7 +104,8 @@ class Picture:
         self._held: list[Any] = []  # what has to be freed in the thread that made it
         self._thread.submit(self._make, width, height).result()
         # An environment that is forgotten without `close` frees what it holds, too.
-        self._release = weakref.finalize(self, _free, self._thread, self._held, os.getpid())
+        self._release = weakref.finalize(self, _free, self._thread, self._held, self._process)
+        self._release.atexit = False
 
     def _make(self, width: int, height: int) -> None:
         length = self._robot.length_m
@@ -203,7 +204,8 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        self._release()
+        if self._release.detach() is not None:
+            _free(self._thread, self._held, self._process, wait=True)
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
@@ -258,8 +260,11 @@ class Picture:
         )
 
 
-def _free(thread: ThreadPoolExecutor, held: list[Any], process: int) -> None:
-    """Free contexts in the thread that made them, unless this is a forked child."""
+def _free(thread: ThreadPoolExecutor, held: list[Any], process: int, wait: bool = False) -> None:
+    """Free contexts in the thread that made them, unless this is a forked child.
+
+    Whoever forgets a picture may be that very thread: then nobody waits.
+    """
     if os.getpid() != process:
         return
 
@@ -268,5 +273,7 @@ def _free(thread: ThreadPoolExecutor, held: list[Any], process: int) -> None:
             context.free()
         held.clear()
 
-    thread.submit(free).result()
-    thread.shutdown()
+    freed = thread.submit(free)
+    if wait:
+        freed.result()
+    thread.shutdown(wait=wait)
