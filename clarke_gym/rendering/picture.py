@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import weakref
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -100,18 +99,13 @@ class Picture:
         self._robot, self._bodies = robot, scene.bodies
         # A context belongs to a thread; in the caller's, that of a window may be current.
         self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
-        self._process = os.getpid()
-        self._held: list[Any] = []  # what has to be freed in the thread that made it
+        self._open, self._process = True, os.getpid()
         self._thread.submit(self._make, width, height).result()
-        # An environment that is forgotten without `close` frees what it holds, too.
-        self._release = weakref.finalize(self, _free, self._thread, self._held, self._process)
-        self._release.atexit = False
 
     def _make(self, width: int, height: int) -> None:
         length = self._robot.length_m
         self._floor, reach = room(self._robot)
         self._context = make_context(width, height)
-        self._held.append(self._context)
         self._model = make_model(width, height, length, self._floor)
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
@@ -121,7 +115,6 @@ class Picture:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = False
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._render = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        self._held.insert(0, self._render)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
@@ -204,8 +197,14 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self._release.detach() is not None:
-            _free(self._thread, self._held, self._process, wait=True)
+        if self._open and os.getpid() == self._process:
+            self._open = False
+            self._thread.submit(self._free).result()
+            self._thread.shutdown()
+
+    def _free(self) -> None:
+        self._render.free()
+        self._context.free()
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
@@ -258,22 +257,3 @@ class Picture:
             np.eye(3).ravel(),
             np.asarray(rgba, np.float32),
         )
-
-
-def _free(thread: ThreadPoolExecutor, held: list[Any], process: int, wait: bool = False) -> None:
-    """Free contexts in the thread that made them, unless this is a forked child.
-
-    Whoever forgets a picture may be that very thread: then nobody waits.
-    """
-    if os.getpid() != process:
-        return
-
-    def free() -> None:
-        for context in held:
-            context.free()
-        held.clear()
-
-    freed = thread.submit(free)
-    if wait:
-        freed.result()
-    thread.shutdown(wait=wait)

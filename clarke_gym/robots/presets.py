@@ -13,7 +13,7 @@ import numpy as np
 from clarke_gym.clarke.transform import joint_angles
 from clarke_gym.numerics.checks import check_choice, check_count, check_tendon_count
 from clarke_gym.numerics.registry import Registry
-from clarke_gym.robots.description import check_plausible, robot_from_dict, robot_from_yaml
+from clarke_gym.robots.description import robot_from_dict, robot_from_yaml
 from clarke_gym.robots.materials import MATERIALS
 from clarke_gym.robots.robot import Robot, Segment
 
@@ -167,7 +167,9 @@ def make_robot(
     robot = _described(robot)
     segments = robot.segments
     if n_segments is not None:
-        check_count("n_segments", n_segments, 1, MAX_SEGMENTS)
+        check_count("n_segments", n_segments)
+        if n_segments > MAX_SEGMENTS:
+            raise ValueError(f"n_segments must be at most {MAX_SEGMENTS}, got {n_segments}")
         if any(segment != segments[0] for segment in segments):
             raise ValueError(f"n_segments needs equal segments; those of {robot.name!r} differ")
         first = segments[0]
@@ -180,7 +182,6 @@ def make_robot(
         "max_bending_rad": max_bending_rad,
     }
     given: dict[str, Any] = {k: value for k, value in changes.items() if value is not None}
-    check_plausible(given, "segments")
     if pitch_radius_m is not None:
         given["tendon_radii_m"] = None
     if material is not None:

@@ -1,8 +1,6 @@
 """Simulators and pictures across processes, and robots that cannot be."""
 
-import gc
 import multiprocessing
-import os
 
 import gymnasium as gym
 import numpy as np
@@ -57,34 +55,12 @@ def test_drawing_in_a_forked_child_of_a_process_that_has_drawn_is_refused():
     env.close()
 
 
-def resident_mb():
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
-def test_environments_that_are_forgotten_free_their_pictures():
-    def draw():
-        env = gym.make(ID, render_mode="rgb_array", render_width=64, render_height=64)
-        env.reset(seed=0)
-        env.render()
-
-    for _ in range(3):
-        draw()
-    gc.collect()
-    before = resident_mb()
-    for _ in range(10):
-        draw()
-    gc.collect()
-    assert resident_mb() - before < 30.0
-
-
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
         ({"n_tendons": 1_000_000}, "n_tendons must be at most 4096"),
-        ({"n_segments": 1_000}, "n_segments must be a whole number from 1 to 64"),
-        ({"segment_length_m": 200.0}, "in another unit"),
-        ({"pitch_radius_m": 10.0}, "in another unit"),
+        ({"n_segments": 1_000}, "n_segments must be at most 64"),
+        ({"robot": {"segments": [{"length_m": 200.0}]}}, "in another unit"),
         ({"success_tolerance": 2.0}, "success_tolerance is a fraction"),
     ],
     ids=str,
@@ -100,9 +76,3 @@ def test_actions_that_are_no_real_numbers_are_refused(action):
     env.reset(seed=0)
     with pytest.raises(TypeError, match="action must hold real numbers"):
         env.step(np.array(action))
-
-
-def test_goals_out_of_reach_are_refused():
-    env = gym.make(ID)
-    with pytest.raises(ValueError, match="out of reach"):
-        env.reset(seed=0, options={"goal": [0.0, 0.0, 0.5]})
