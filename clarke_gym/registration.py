@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -104,7 +105,7 @@ def make_vector_env(
                 f"max_episode_steps must be a whole number from 1 to {longest}, got "
                 f"{max_episode_steps!r}; episode_steps makes episodes longer"
             )
-        config = EnvConfig.from_keywords(**{**keywords, "episode_steps": max_episode_steps})
+        config = replace(config, episode_steps=max_episode_steps)
     return ContinuumRobotVectorEnv(config, num_envs, autoreset_mode, render_mode)
 
 

@@ -12,7 +12,6 @@ from clarke_gym.disturbances import DISTURBANCES
 from clarke_gym.numerics.checks import check_choice, check_count, check_positive
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.physics import PHYSICS, physics_class
-from clarke_gym.representations import make_representation
 from clarke_gym.robots import Robot, make_robot
 from clarke_gym.sensors import LADDER, SENSORS
 from clarke_gym.tasks import TASKS, Task
@@ -152,9 +151,6 @@ class EnvConfig:
             check_count(name, getattr(self, name), 16, 4096)
         if not isinstance(self.goal_env, bool):
             raise TypeError(f"goal_env must be true or false, got {self.goal_env!r}")
-        robot = self.make_robot()
-        for name in (self.of_actions, self.of_observations):
-            make_representation(name, robot)
 
     @classmethod
     def from_keywords(cls, **keywords: Any) -> EnvConfig:

@@ -74,13 +74,7 @@ class EnvCore:
     def _make_physics(self) -> Physics:
         """Return the physics of the robot that disturbances leave of the nominal one."""
         config, model = self.config, physics_class(self.config.physics)
-        for noun in self.task.needs:
-            if noun not in model.OFFERS:
-                having = [n for n in PHYSICS.names() if noun in physics_class(n).OFFERS]
-                raise ValueError(
-                    f"task {config.task!r} needs {noun}, which physics={config.physics!r} does not "
-                    f"have; {having} do"
-                )
+        self._check_offers(f"task {config.task!r}", self.task.needs)
         robot = self.robot
         for disturbance in self.disturbances:
             robot = disturbance.make(robot)
@@ -88,6 +82,17 @@ class EnvCore:
             robot, self.batch, config.control_dt, scene=self.task.scene, **config.physics_options
         )
         return physics
+
+    def _check_offers(self, owner: str, needs: tuple[str, ...]) -> None:
+        """Refuse a part whose nouns the physics does not have."""
+        offers = physics_class(self.config.physics).OFFERS
+        for noun in needs:
+            if noun not in offers:
+                having = [n for n in PHYSICS.names() if noun in physics_class(n).OFFERS]
+                raise ValueError(
+                    f"{owner} needs {noun}, which physics={self.config.physics!r} does not have; "
+                    f"{having} do"
+                )
 
     def _make_observer(self) -> Observer:
         """Return what writes observations with the sensors that are asked for."""
@@ -104,13 +109,7 @@ class EnvCore:
             names = (*names, "goal")
         plant = Plant(self.robot, self.physics, self.task)
         for name in names:
-            for noun in SENSORS[name].needs:
-                if noun not in self.physics.OFFERS:
-                    having = [n for n in PHYSICS.names() if noun in physics_class(n).OFFERS]
-                    raise ValueError(
-                        f"sensor {name!r} needs {noun}, which physics={config.physics!r} does not "
-                        f"have; {having} do"
-                    )
+            self._check_offers(f"sensor {name!r}", SENSORS[name].needs)
         sensors = [SENSORS[name](plant) for name in names]
         representation = make_representation(config.of_observations, self.robot)
         return Observer(sensors, self.robot, representation, self.batch)

@@ -12,7 +12,7 @@ from clarke_gym.envs.observer import Blocks
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.physics.base import Physics
-from clarke_gym.representations import Representation, make_representation
+from clarke_gym.representations import Representation
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Goal, Task
 
@@ -78,7 +78,7 @@ class Face:
     @property
     def observation_representation(self) -> Representation:
         """The maps between observed joint-space blocks and joint space."""
-        return make_representation(self._core.config.of_observations, self.robot)
+        return self._core.observer.representation
 
     def state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""

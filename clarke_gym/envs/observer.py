@@ -116,6 +116,7 @@ class Observer:
         representation: Representation,
         batch: Batch,
     ) -> None:
+        self.representation = representation
         self._batch, self._splitter = batch, Splitter(robot, batch)
         self._joint = [sensor for sensor in sensors if isinstance(sensor, JointSensor)]
         self._task = [sensor for sensor in sensors if isinstance(sensor, TaskSensor)]

@@ -35,11 +35,6 @@ class FloatMath:
         return float(b) if b > a else a
 
     @staticmethod
-    def minimum(a: float, b: float) -> float:
-        """Return the smaller number, faster than `min`."""
-        return b if b < a else a
-
-    @staticmethod
     def cos(x: float) -> float:
         """Return the cosine."""
         return float(np.cos(x))
@@ -48,11 +43,6 @@ class FloatMath:
     def sin(x: float) -> float:
         """Return the sine."""
         return float(np.sin(x))
-
-    @staticmethod
-    def exp(x: float) -> float:
-        """Return the exponential."""
-        return float(np.exp(x))
 
 
 def namespace(*arrays: Array) -> Any:

@@ -69,10 +69,6 @@ class Batch(ABC):
         """Return an array (B, ...) as users see it: without the first axis for one robot."""
 
     @abstractmethod
-    def rows_of(self, array: NDArray[Any], width: int) -> NDArray[Any]:
-        """Return what users gave, of shape `shape(width)`, as rows (B, width)."""
-
-    @abstractmethod
     def put(self, parts: Components, rows: NDArray[np.intp], values: NDArray[Any]) -> list[Number]:
         """Return components with those of the robots `rows` replaced by `values` (R, k)."""
 
@@ -126,10 +122,6 @@ class One(Batch):
         """Return the only row, a NumPy scalar where it holds one number."""
         return rows[0]
 
-    def rows_of(self, array: NDArray[Any], width: int) -> NDArray[Any]:
-        """Return a row (1, width)."""
-        return array.reshape(1, width)
-
     def put(self, parts: Components, rows: NDArray[np.intp], values: NDArray[Any]) -> list[Number]:
         """Return the new numbers, if any."""
         return values[0].tolist() if len(rows) else list(parts)
@@ -173,11 +165,6 @@ class Many(Batch):
     def seen(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Return the array."""
         return rows
-
-    def rows_of(self, array: NDArray[Any], width: int) -> NDArray[Any]:
-        """Return the array."""
-        del width
-        return array
 
     def put(self, parts: Components, rows: NDArray[np.intp], values: NDArray[Any]) -> list[Number]:
         """Return copies with the values of some robots replaced."""
