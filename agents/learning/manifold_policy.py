@@ -1,9 +1,9 @@
 r"""PPO whose likelihood is that of what reaches the manifold, and instruments of the same kind.
 
 Let a policy draw :math:`a = \mu(s) + A\,(\sigma \circ \varepsilon)` with
-:math:`\varepsilon \sim N(0, I)`, and let the robot move by :math:`u = M a` alone, the Clarke coordinates of the action; M has the
-shape (d, K), d = 2 a segment, K coordinates of the representation. With A = I this is PPO's
-Gaussian. PPO weighs advantages with the likelihood of *a*,
+:math:`\varepsilon \sim N(0, I)`, and let the robot move by :math:`u = M a` alone, the Clarke
+coordinates of the action; M has the shape (d, K), d = 2 a segment, K coordinates of the
+representation. With A = I this is PPO's Gaussian. PPO weighs advantages with the likelihood of *a*,
 
 .. math:: \log N(a;\ \mu, \Sigma), \qquad \Sigma = A\,\mathrm{diag}(\sigma^2)\,A^T,
 
