@@ -79,8 +79,11 @@ class PPOSettings(Settings):
     log_std_init: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """Logarithm of the initial exploration noise of each action coordinate."""
     net_arch: Layers = [64, 64]
-    mean_gain: PositiveFloat = Field(default=1.0, exclude_if=lambda gain: gain == 1.0)
-    """What the network's output is multiplied by to give the mean of the actions."""
+    mean_gain: PositiveFloat | Literal["matched"] = Field(
+        default=1.0, exclude_if=lambda gain: gain == 1.0
+    )
+    """What the network's output is multiplied by to give the mean of the actions; matched: so that
+    a step of the optimiser moves it on the manifold as it does in Clarke coordinates."""
     likelihood: Literal["joint", "marginal"] = Field(
         default="joint", exclude_if=lambda name: name == "joint"
     )

@@ -46,6 +46,26 @@ Likelihood = Literal["joint", "marginal"]
 Noise = Literal["coordinates", "manifold"]
 
 
+def matched_gain(onto: ArrayLike) -> float:
+    """Return the gain of the mean at which an optimiser moves it as in Clarke coordinates.
+
+    Adam changes every weight by about its step, whatever the gradient's size. Changes of the K
+    outputs that push a Clarke coordinate the same way add up to the sum of magnitudes in its row of
+    M: 1 in Clarke coordinates, about sqrt(8 n) / pi in ``raw_scaled``.
+
+    Parameters
+    ----------
+    onto : array_like, shape (d, K)
+        M.
+
+    Examples
+    --------
+    >>> matched_gain([[1.0, 0.0], [0.0, 1.0]]), matched_gain([[2.0, 2.0, 0.0], [0.0, 2.0, 2.0]])
+    (1.0, 0.25)
+    """
+    return float(1.0 / np.abs(np.asarray(onto, np.float64)).sum(axis=1).mean())
+
+
 class ManifoldGaussian(DiagGaussianDistribution):
     """Gaussian actions whose noise and likelihood know which of their directions matter.
 
@@ -53,8 +73,8 @@ class ManifoldGaussian(DiagGaussianDistribution):
     ----------
     onto : array_like, shape (d, K)
         M: Clarke coordinates of an action.
-    mean_gain : float
-        What the network's output is multiplied by to give the mean.
+    mean_gain : float or "matched"
+        What the network's output is multiplied by to give the mean; "matched" for `matched_gain`.
     likelihood : {"joint", "marginal"}
         Of the action, or of its Clarke coordinates.
     noise : {"coordinates", "manifold"}
@@ -79,7 +99,7 @@ class ManifoldGaussian(DiagGaussianDistribution):
         self,
         onto: ArrayLike,
         *,
-        mean_gain: float = 1.0,
+        mean_gain: float | Literal["matched"] = 1.0,
         likelihood: Likelihood = "joint",
         noise: Noise = "coordinates",
     ) -> None:
@@ -90,7 +110,8 @@ class ManifoldGaussian(DiagGaussianDistribution):
             raise ValueError("noise='manifold' has no joint likelihood; use likelihood='marginal'")
         super().__init__(matrix.shape[1])
         self._onto = torch.as_tensor(matrix, dtype=torch.float32)
-        self._gain, self._on_manifold = mean_gain, noise == "manifold"
+        self._gain = matched_gain(matrix) if mean_gain == "matched" else mean_gain
+        self._on_manifold = noise == "manifold"
         self._lift = torch.as_tensor(np.linalg.pinv(matrix), dtype=torch.float32)
         square = matrix.shape[0] == matrix.shape[1]
         self._marginal = self._on_manifold or (likelihood == "marginal" and not square)

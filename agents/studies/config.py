@@ -28,6 +28,8 @@ class Variant(Model):
     """Keyword arguments of the environment."""
     algo: dict[str, Any] = Field(default={})
     """Algorithm settings."""
+    only: list[str] = Field(default=[], exclude_if=lambda labels: not labels)
+    """Of a representation: labels of the tasks that it runs on; all by default."""
 
 
 MAX_RUNS = 10_000
@@ -87,6 +89,10 @@ class StudyConfig(WithPlugins):
             values = [variant.label for variant in getattr(self, name)]
             if len(set(values)) != len(values):
                 raise ValueError(f"{name} must have different labels, got {values}")
+        tasks = {task.label for task in self.tasks}
+        for variant in self.representations:
+            if unknown := sorted({*variant.only} - tasks):
+                raise ValueError(f"{variant.label!r} runs only on {unknown}, which is no task")
         if len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"seeds must differ, got {self.seeds}")
         folders: dict[str, str] = {}
@@ -130,6 +136,7 @@ class StudyConfig(WithPlugins):
             (_slug(f"{representation.label}_{task.label}"), representation, task)
             for task in self.tasks
             for representation in self.representations
+            if not representation.only or task.label in representation.only
         ]
 
     def runs(self) -> list[TrainConfig]:

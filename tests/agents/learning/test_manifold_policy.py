@@ -8,7 +8,7 @@ from torch.distributions import Normal
 
 from agents.learning.algorithms import PPOSettings
 from agents.learning.config import EnvSettings, EvalSettings, TrainConfig
-from agents.learning.manifold_policy import ManifoldGaussian
+from agents.learning.manifold_policy import ManifoldGaussian, matched_gain
 from agents.learning.training import make_model, make_training_env, onto_manifold, train
 from clarke_gym.representations import make_representation
 from clarke_gym.robots.presets import make_robot
@@ -118,7 +118,8 @@ def config(**changes):
 
 
 def test_on_clarke_coordinates_it_is_ppo_bit_for_bit(tmp_path):
-    for name, settings in (("plain", {}), ("marginal", {"likelihood": "marginal"})):
+    changed = {"likelihood": "marginal", "mean_gain": "matched"}
+    for name, settings in (("plain", {}), ("marginal", changed)):
         train(config(**settings), tmp_path / name)
     for file in ("evals.npz", "policy/policy.safetensors", "diagnostics.npz"):
         assert (tmp_path / "plain" / file).read_bytes() == (
@@ -174,3 +175,16 @@ def test_what_makes_no_sense_is_said():
 
 def test_files_of_runs_without_these_settings_do_not_name_them():
     assert PPOSettings().model_dump().keys().isdisjoint({"mean_gain", "likelihood", "noise"})
+
+
+@pytest.mark.parametrize("n", [3, 11, 64])
+def test_a_step_of_adam_moves_the_matched_mean_on_the_manifold_as_in_clarke(n):
+    assert matched_gain(onto("clarke", n)) == 1.0
+    assert matched_gain(onto("raw_scaled", n)) == pytest.approx(np.pi / np.sqrt(8 * n), rel=0.06)
+    matrix = torch.tensor(onto("raw_scaled", n), dtype=torch.float32)
+    weights = torch.zeros(n, requires_grad=True)
+    optimizer = torch.optim.Adam([weights], lr=0.01)
+    (-(matrix[0] @ weights)).backward()  # push one Clarke coordinate
+    optimizer.step()
+    moved = matched_gain(matrix) * float(matrix[0] @ weights.detach())
+    assert moved == pytest.approx(0.01, rel=0.15)

@@ -105,3 +105,13 @@ def test_fresh_seeds_are_no_other_studys(tmp_path):
         small(tmp_path, SMALL + REGISTERED, seeds="[0, 900]")
     stale = {"seeds": "[0, 900]", "preregistration.fresh": "false"}
     assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 900]
+
+
+def test_an_arm_may_run_on_some_tasks_only(tmp_path):
+    reps = "[{label: raw}, {label: clarke, only: [n = 4], env: {representation: clarke}}]"
+    tasks = "[{label: n = 3}, {label: n = 4, env: {n_tendons: 4}}]"
+    found = small(tmp_path, representations=reps, tasks=tasks)
+    assert [name for name, _, _ in found.arms()] == ["raw_n3", "raw_n4", "clarke_n4"]
+    assert len(found.runs()) == 6
+    with pytest.raises(ConfigError, match=r"'clarke' runs only on \['n = 4'\], which is no task"):
+        small(tmp_path, representations=reps)
