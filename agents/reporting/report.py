@@ -19,6 +19,7 @@ from agents.reporting.tables import (
     markdown,
     plain,
     runs_csv,
+    trend_table,
 )
 from agents.reporting.wording import answer, footer, metric_text, reporting_block, warnings
 
@@ -38,8 +39,8 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
     ),
     (
         "forest",
-        "Speed-up and probability of improvement over the baseline, with 95 % intervals, per task "
-        "and over all tasks.",
+        "Difference in AUC of success to the baseline, the primary score, and speed-up to the "
+        "threshold, with 95 % intervals, per task and over all tasks.",
         plots.forest,
     ),
     (
@@ -81,6 +82,7 @@ def _markdown(summary: Summary) -> str:
     parts += [f"> {plain(text)}" for text in warnings(summary)]
     parts += [markdown(arm_table(summary))]
     parts += [markdown(comparison_table(summary))] if summary.comparisons else []
+    parts += [markdown(trend_table(summary))] if summary.trends else []
     parts += [markdown([["Reporting", ""], *map(list, reporting_block(summary).items())])]
     return "\n\n".join(parts) + "\n"
 

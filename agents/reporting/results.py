@@ -95,6 +95,7 @@ class Study:
     arms: tuple[Arm, ...]
     env_steps: NDArray[np.int64]
     references: Mapping[str, Reference]
+    registered: str = ""  # SHA-256 of what was preregistered
 
     @property
     def runs(self) -> list[Run]:
