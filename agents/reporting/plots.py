@@ -230,13 +230,15 @@ def _levels(values: Array) -> tuple[Array, bool]:
     return np.geomspace(low, max(high, 1.1 * low), 80), True
 
 
-def profiles(summary: Summary, footer: str) -> bytes:
+def profiles(summary: Summary, footer: str) -> bytes | None:
     """Draw performance profiles of the final leading metric over the goals of every run.
 
     A metric gets worse towards the worst value that its task declares, be it high or low; a failed
     run never reaches any level.
     """
     study = summary.study
+    if not study.per_goal:
+        return None
     with house_style():
         title = f"Performance profile of the final {metric_text(study)}: mean over seeds, 95 % band"
         panel, stacks = _panel(summary, footer, title)

@@ -9,7 +9,7 @@ from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
 from agents.reporting.html import Picture, page
 from agents.reporting.loading import load_study
-from agents.reporting.results import ResultsError
+from agents.reporting.results import ResultsError, Study
 from agents.reporting.summary import Summary, summarise
 from agents.reporting.tables import (
     arm_table,
@@ -119,7 +119,17 @@ def write_report(
     """
     study_dir = Path(study_dir)
     out_dir = study_dir / "report" if out_dir is None else Path(out_dir)
-    summary = summarise(load_study(study_dir), seed=seed, reps=reps)
+    return write_study(load_study(study_dir), out_dir, reps=reps, seed=seed)
+
+
+def table_page(study: Study, *, reps: int = REPS, seed: int = 0) -> str:
+    """Return ``table.md`` of a study."""
+    return _markdown(summarise(study, seed=seed, reps=reps))
+
+
+def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0) -> Path:
+    """As `write_report`, for a study that is loaded already."""
+    summary = summarise(study, seed=seed, reps=reps)
     line = footer(summary)
     tasks = ", ".join(summary.study.tasks)
     pictures = []

@@ -103,6 +103,25 @@ def iqm_difference_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Int
     return _around(middle, [_spread(a, _TRIM), _spread(b, _TRIM)], level)
 
 
+def mean_t(x: ArrayLike, *, level: float = LEVEL) -> Interval:
+    """Mean of positive scores with the log-t interval, whose ends are positive as well.
+
+    Parameters, returns and errors are those of `iqm_t`.
+
+    Examples
+    --------
+    >>> mean_t([3.0, 3.0])
+    Interval(estimate=3.0, low=3.0, high=3.0)
+    """
+    runs = _runs(x)
+    mean = float(runs.mean())
+    if len(runs) < 2 or not mean:
+        return _unknown(mean)
+    square, freedom = _spread(runs, 0.0)
+    logs = _around(float(np.log(mean)), [(square / mean**2, freedom)], level)
+    return Interval(mean, float(np.exp(logs.low)), float(np.exp(logs.high)))
+
+
 def mean_ratio_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Interval:
     """Mean of `x` over mean of `y`, with the log-t interval.
 

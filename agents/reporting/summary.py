@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from agents.reporting.bootstrap import NO_INTERVAL, Array, Interval, bootstrap
 from agents.reporting.results import Arm, Study
-from agents.reporting.small_samples import ENOUGH, iqm_difference_t, iqm_t, mean_ratio_t
+from agents.reporting.small_samples import ENOUGH, iqm_difference_t, iqm_t, mean_ratio_t, mean_t
 from agents.reporting.statistics import (
     auc,
     holm,
@@ -181,24 +181,29 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
     sustained, stayed = sustained_crossing(grid, success, level)
     runs = Runs(auc(grid, success), success[:, -1], steps, reached, sustained, stayed)
 
-    def over(scores: Array) -> Interval:
+    def over(scores: Array, within: tuple[float, float] = (-np.inf, np.inf)) -> Interval:
         if not len(scores):
             return NO_INTERVAL
         if len(scores) < ENOUGH:
-            return iqm_t(scores)
+            found = iqm_t(scores)
+            low, high = np.clip([found.low, found.high], *within)
+            return Interval(found.estimate, float(low), float(high))
         return iqm_interval([scores], seed=seed, reps=reps)
 
     some = len(success) > 0
+    steps_interval = NO_INTERVAL
+    if some and len(steps) < ENOUGH:
+        steps_interval = mean_t(steps)
+    elif some:
+        steps_interval = restricted_mean_interval([steps], seed=seed, reps=reps)
     return ArmSummary(
         arm=arm,
         runs=runs,
-        auc=over(runs.auc),
-        final_success=over(runs.final_success),
+        auc=over(runs.auc, (0.0, 1.0)),
+        final_success=over(runs.final_success, (0.0, 1.0)),
         gap=optimality_gap([runs.final_success], seed=seed, reps=reps) if some else NO_INTERVAL,
         metrics={m.name: over(study.curves(arm, m)[:, -1]) for m in arm.metrics},
-        restricted_steps=restricted_mean_interval([steps], seed=seed, reps=reps)
-        if some
-        else NO_INTERVAL,
+        restricted_steps=steps_interval,
         median_steps=median_steps(steps, reached) if some else float("nan"),
     )
 

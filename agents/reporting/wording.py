@@ -203,8 +203,9 @@ def reporting_block(summary: Summary) -> dict[str, str]:
         f"{grid[-1]:,} steps",
         "Primary metric": "AUC of success (declared before the runs)",
         "Intervals": f"{percent(LEVEL)}; one task and fewer than {ENOUGH} seeds: Yuen's t for "
-        "IQMs, log-t for ratios of steps; else, and for P(better), the percentile bootstrap of "
-        f"seeds within tasks, {summary.reps} reps, seed {summary.seed}",
+        "IQMs, log-t for steps and their ratios; else, and for P(better) and gaps, the percentile bootstrap of "
+        "seeds within tasks, "
+        f"{summary.reps} reps, seed {summary.seed}",
         "Tuning": study.tuning,
         "Code": code_text(study),
         "CPU hours": cpu_text(study),

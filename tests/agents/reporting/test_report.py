@@ -385,7 +385,7 @@ def test_a_ratio_of_censored_runs_is_printed_as_a_bound(make_study):
     (row,) = summary_of(folder).comparisons
     assert row.censored[0] == 0 < row.censored[1]
     text = (report(folder).parent / "table.md").read_text()
-    assert f"≤ {row.steps_ratio.estimate:.2f} [" in text
+    assert f"≤ {row.steps_ratio.estimate:.2f} \\[" in text
     assert "needed at most " in text
 
 
