@@ -7,6 +7,8 @@ the logarithm (log-t) for ratios of means. `benchmarks.interval_coverage` shows 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
@@ -79,11 +81,44 @@ def iqm_t(x: ArrayLike, *, level: float = LEVEL) -> Interval:
     >>> found.estimate, round(found.low, 2)
     (2.5, -6.48)
     """
-    runs = _runs(x)
-    middle = float(iqm(runs))
-    if len(runs) < 2:
-        return _unknown(middle)
-    return _around(middle, [_spread(runs, _TRIM)], level)
+    return iqm_combination_t([x], [1.0], level=level)
+
+
+def iqm_combination_t(
+    arms: Sequence[ArrayLike], weights: Sequence[float], *, level: float = LEVEL
+) -> Interval:
+    """Weighted sum of the IQMs of independent arms, with the interval of Yuen and Welch.
+
+    Parameters
+    ----------
+    arms : sequence of array_like, shape (runs,)
+    weights : sequence of float
+        One an arm; (1, -1) is a difference.
+    level : float
+        Coverage aimed at.
+
+    Returns
+    -------
+    Interval
+        Without ends where an arm has a single run.
+
+    Raises
+    ------
+    ValueError
+        If an arm has no run, or there are not as many weights as arms.
+
+    Examples
+    --------
+    >>> iqm_combination_t([[1.0, 3.0], [5.0, 5.0], [2.0, 2.0]], [1.0, 1.0, -2.0]).estimate
+    3.0
+    """
+    data = [_runs(x) for x in arms]
+    estimate = float(sum(w * iqm(x) for x, w in zip(data, weights, strict=True)))
+    if min(len(x) for x in data) < 2:
+        return _unknown(estimate)
+    spreads = [_spread(x, _TRIM) for x in data]
+    parts = [(w**2 * square, k) for (square, k), w in zip(spreads, weights, strict=True)]
+    return _around(estimate, parts, level)
 
 
 def iqm_difference_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Interval:
@@ -96,11 +131,7 @@ def iqm_difference_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Int
     >>> iqm_difference_t([1.0, 2.0], [1.0, 2.0]).estimate
     0.0
     """
-    a, b = _runs(x), _runs(y)
-    middle = float(iqm(a) - iqm(b))
-    if min(len(a), len(b)) < 2:
-        return _unknown(middle)
-    return _around(middle, [_spread(a, _TRIM), _spread(b, _TRIM)], level)
+    return iqm_combination_t([x, y], [1.0, -1.0], level=level)
 
 
 def mean_t(x: ArrayLike, *, level: float = LEVEL) -> Interval:

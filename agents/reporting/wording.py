@@ -203,8 +203,8 @@ def reporting_block(summary: Summary) -> dict[str, str]:
         f"{grid[-1]:,} steps",
         "Primary metric": "AUC of success (declared before the runs)",
         "Intervals": f"{percent(LEVEL)}; one task and fewer than {ENOUGH} seeds: Yuen's t for "
-        "IQMs, log-t for steps and their ratios; else, and for P(better) and gaps, the percentile bootstrap of "
-        "seeds within tasks, "
+        "IQMs, log-t for steps and their ratios; else, and for P(better) and gaps, the percentile "
+        "bootstrap of seeds within tasks, "
         f"{summary.reps} reps, seed {summary.seed}",
         "Tuning": study.tuning,
         "Code": code_text(study),
