@@ -28,7 +28,7 @@ def rewrite(folder: Path) -> None:
     study = load_committed(folder)
     with tempfile.TemporaryDirectory() as place:
         page = write_study(study, Path(place))
-        for name in KEPT:
+        for name in (name for name in KEPT if (folder / name).exists()):
             write_bytes(folder / name, (page.parent / name).read_bytes())
     for other in folder.glob("against_*"):
         against = replace(study, baseline=other.name.removeprefix("against_"))
