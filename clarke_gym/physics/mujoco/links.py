@@ -37,6 +37,8 @@ class Chain:
         Sensors that keep the tendons' lengths of some time steps.
     contact : slice or None
         Where the sensor of the net force between robot and scene writes, where there is one.
+    scene_geoms : tuple of int
+        Shapes of the bodies of the scene.
     """
 
     model: mujoco.MjModel
@@ -46,6 +48,7 @@ class Chain:
     folded: bool
     recorders: int = 0
     contact: slice | None = None
+    scene_geoms: tuple[int, ...] = ()
 
 
 class Backbone:
@@ -147,8 +150,9 @@ class Backbone:
         if model.nsensor > recorders:
             start = int(model.sensor("contact").adr[0])
             contact = slice(start, start + 3)
+        geoms = tuple(g for g in range(model.ngeom) if model.geom(g).name.startswith("scene"))
         stations = np.array(self._stations)
-        return Chain(model, total, shape, stations, folded, recorders, contact)
+        return Chain(model, total, shape, stations, folded, recorders, contact, geoms)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:
