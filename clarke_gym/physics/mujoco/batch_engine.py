@@ -84,10 +84,6 @@ class BatchEngine(Engine):
             self._own[field] = self._batch.expand(field)
         return self._own[field]
 
-    def settle(self) -> None:
-        """Compute anew what follows from the numbers of the models."""
-        self._batch.set_const()
-
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
         if self._process is not None and self._process != os.getpid():

@@ -71,10 +71,6 @@ class SingleEngine(Engine):
         owner = self._model.opt if field.startswith("opt.") else self._model
         return getattr(owner, field.removeprefix("opt."))[None]
 
-    def settle(self) -> None:
-        """Compute anew what follows from the numbers of the model."""
-        mujoco.mj_setConst(self._model, self._data)
-
     def angle_norm(self) -> float:
         """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""
         return math.hypot(*self._angles.tolist())
