@@ -10,7 +10,7 @@ import numpy as np
 
 from clarke_gym.disturbances.base import Disturbance, register_disturbance
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.noise import uniforms
+from clarke_gym.numerics.noise import directions, uniforms
 
 MOST_PAYLOAD_KG = 0.01
 """Heaviest payload at the tip."""
@@ -88,11 +88,10 @@ class Push(_Body):
     def force(self) -> FloatArray:
         """Return the forces [N]."""
         u = uniforms(self.drawn[:, 0], self.steps // (PUSH_STEPS + REST_STEPS), 4)
-        height, angle = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
-        flat = np.sqrt(1.0 - height**2)
-        direction = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
         begin = np.floor(u[:, 3] * (REST_STEPS + 1))
         since = self.steps % (PUSH_STEPS + REST_STEPS) - begin
         pushing = (since >= 0) & (since < PUSH_STEPS)
-        force: FloatArray = (MOST_PUSH_N * self.strength * u[:, 0] * pushing)[:, None] * direction
+        force: FloatArray = (MOST_PUSH_N * self.strength * u[:, 0] * pushing)[:, None] * directions(
+            u[:, 1:3]
+        )
         return force

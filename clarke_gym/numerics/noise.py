@@ -84,3 +84,25 @@ def normals(key: FloatArray, place: ArrayLike, size: int, stream: int = 0) -> Fl
     radius, angle = np.sqrt(-2.0 * np.log(u[:, :half])), 2.0 * np.pi * u[:, half:]
     pairs = np.concatenate([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     return pairs[:, :size]
+
+
+def directions(numbers: FloatArray) -> FloatArray:
+    """Return unit vectors that are uniform over the sphere.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (..., 2)
+        Uniform in [0, 1).
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Examples
+    --------
+    >>> directions(np.array([[0.5, 0.25]])).round(6) + 0.0
+    array([[0., 1., 0.]])
+    """
+    height, angle = 2.0 * numbers[..., 0] - 1.0, 2.0 * np.pi * numbers[..., 1]
+    flat = np.sqrt(1.0 - height**2)
+    return np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=-1)

@@ -245,7 +245,7 @@ class MujocoPhysics:
     @property
     def contact_force(self) -> FloatArray:
         """Magnitude of the net force between robot and scene [N], shape (B,), at the last step."""
-        return self._engine.contact_force()
+        return self._steps.contact_force()
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""

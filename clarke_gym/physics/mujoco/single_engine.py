@@ -41,6 +41,7 @@ class SingleEngine(Engine):
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
         self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
+        self.told = data.sensordata[None]
         # Of each kind of warning MuJoCo writes the first to a log file in the working directory and
         # only counts the rest: as if there had been one, it stays quiet.
         data.warning.number[:] = 1
