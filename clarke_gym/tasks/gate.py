@@ -77,7 +77,7 @@ class Gate(ObstructedTask):
         ring = CAGE * length
         opening = robot_width * (WIDEST + (NARROWEST - WIDEST) * self.difficulty)
         pitch = 2.0 * ring * math.sin(math.pi / self.n_bars)
-        self.bar_radius_m = max(0.5 * (pitch - opening), 0.1 * self.hull_m)
+        self.bar_radius_m = max(0.5 * (pitch - opening), 0.5 * self.hull_m)
         angles = 2.0 * math.pi * (np.arange(self.n_bars) + 0.5) / self.n_bars
         bars = [
             Capsule((x, y, -0.1 * length), (x, y, 1.1 * length), self.bar_radius_m)

@@ -137,6 +137,11 @@ class ShapedTask(GoalTask):
         length = self.robot.length_m
         return [(CLOSENESS_SCALE * length, self.success_tolerance * length)]
 
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return the tip positions [m] of shapes (..., S, 2) [rad]."""
+        position: FloatArray = kinematics.forward(bending, self.robot.lengths)[0]
+        return position
+
     @abstractmethod
     def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
         """Return the square of each error (B,) of what is achieved and desired, both (B, size)."""
