@@ -62,6 +62,15 @@ def clear_way(
     -------
     list of ndarray, shape (S, 2)
         The first goal's shape alone where no clear way was found.
+
+    Examples
+    --------
+    >>> import gymnasium as gym, clarke_gym
+    >>> env = gym.make("clarke_gym/Nest-v0").unwrapped
+    >>> _ = env.reset(seed=0)
+    >>> task, start = env.task, np.zeros((2, 2))
+    >>> len(clear_way(task, env.physics.state.bodies[0], start, start[None]))  # stay there
+    1
     """
     least = min(MARGIN * task.hull_m, float(task.gaps(task.leg(start, start), bodies).min()))
 
