@@ -7,10 +7,13 @@ from clarke_gym.control.controllers import (
     TipController,
     make_controller,
 )
+from clarke_gym.control.mppi import MppiController, MppiSettings
 
 __all__ = [
     "CONTROLLERS",
     "Gains",
+    "MppiController",
+    "MppiSettings",
     "ResolvedRateController",
     "TipController",
     "make_controller",

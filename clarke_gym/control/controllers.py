@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym.control.manifold_interface import ManifoldInterface, Sensed
+from clarke_gym.control.mppi import MppiController
 from clarke_gym.control.ways import clear_way
 from clarke_gym.kinematics.inverse_chain import (
     damped_step,
@@ -264,9 +265,9 @@ class ResolvedRateController:
         return action[0] if np.ndim(inner) == 1 else action
 
 
-Controller = TipController | ResolvedRateController
+Controller = TipController | ResolvedRateController | MppiController
 
-CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate")
+CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate", "mppi")
 """Names that `make_controller` knows."""
 
 
@@ -279,7 +280,8 @@ def make_controller(name: str, env: Any) -> Controller:
         "clarke_controller": planned shape, proportional loops with precompensation on the manifold,
         corrected by the measured tip. "clarke_pid": the same with integral and derivative terms.
         "clarke_model_only": the same without the tip's correction, the sheet's scheme alone.
-        "resolved_rate": straight at the goal through the inverse Jacobian.
+        "resolved_rate": straight at the goal through the inverse Jacobian. "mppi": plans sampled on
+        constant curvature.
     env : gymnasium.Env or gymnasium.vector.VectorEnv
         A clarke_gym environment whose task has a goal position.
 
@@ -309,4 +311,6 @@ def make_controller(name: str, env: Any) -> Controller:
         return TipController(env, Gains(tip_memory_s=0.0))
     if name == "resolved_rate":
         return ResolvedRateController(env)
+    if name == "mppi":
+        return MppiController(env)
     raise ValueError(f"controller must be one of {list(CONTROLLERS)}, got {name!r}")

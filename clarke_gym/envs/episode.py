@@ -141,6 +141,11 @@ class Episode:
         self._follow(rows)
         return first, second
 
+    def begin_at(self, parameters: FloatArray, steps: int) -> None:
+        """Put all environments into one episode that parameters (p,) tell."""
+        self._parameters[:], self.steps[:], self.begun = parameters, steps, True
+        self._follow(_ALL)
+
     def _draw(self, rows: NDArray[np.intp]) -> list[FloatArray]:
         used = self._used[rows]
         empty = used == self._block
