@@ -37,6 +37,8 @@ class Chain:
         Sensors that keep the tendons' lengths of some time steps.
     contact : slice or None
         Where the sensor of the net force between robot and scene writes, where there is one.
+    spec : mujoco.MjSpec, optional
+        What the model was compiled from, for `export_mjcf`.
     """
 
     model: mujoco.MjModel
@@ -46,6 +48,7 @@ class Chain:
     folded: bool
     recorders: int = 0
     contact: slice | None = None
+    spec: mujoco.MjSpec | None = None
 
 
 class Backbone:
@@ -148,7 +151,7 @@ class Backbone:
             start = int(model.sensor("contact").adr[0])
             contact = slice(start, start + 3)
         stations = np.array(self._stations)
-        return Chain(model, total, shape, stations, folded, recorders, contact)
+        return Chain(model, total, shape, stations, folded, recorders, contact, self._spec)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:
