@@ -16,6 +16,7 @@ from clarke_gym.envs.config import EnvConfig, names_in
 from clarke_gym.envs.episode import Episode
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.envs.observer import Observer
+from clarke_gym.envs.tally import Tally
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, each, largest_magnitude
 from clarke_gym.physics import PHYSICS, physics_class
@@ -25,7 +26,7 @@ from clarke_gym.representations.codecs import Decoder
 from clarke_gym.robots.joint_vector import JointVector, Splitter
 from clarke_gym.sensors import SENSORS, Plant
 from clarke_gym.sensors.base import BOUND_MARGIN
-from clarke_gym.tasks import GoalTask, Outcome
+from clarke_gym.tasks import GoalTask, Outcome, Task
 
 if TYPE_CHECKING:
     from clarke_gym.rendering import Picture
@@ -61,6 +62,7 @@ class EnvCore:
         self._splitter = Splitter(robot, batch)
         self._command = JointVector(batch.zeros(2 * robot.n_segments))
         self._radii = robot.pitch_radii
+        self._pulls = type(self.task).force is not Task.force
         self.episode = Episode(
             self.task,
             batch.size,
@@ -69,6 +71,8 @@ class EnvCore:
             self._placed,
             sum(disturbance.numbers for disturbance in self.disturbances),
         )
+        self._tally = Tally(self.task.metrics, batch.size)
+        self._tallies = any(metric.over != "now" for metric in self.task.metrics)
         self._picture: Picture | None = None
 
     def _make_physics(self) -> Physics:
@@ -138,6 +142,8 @@ class EnvCore:
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         clarke, rest = self.episode.start(rows, goal)
+        if self.task.scene.placed:
+            self._place(rows)
         self.physics.reset(rows, clarke, rest)
         self._command = self._command.with_rows(self.batch, rows, clarke)
         first = 0
@@ -146,6 +152,15 @@ class EnvCore:
             told = self._command.joint(self.robot)[rows]
             disturbance.reset(rows, self.episode.disturbed[rows, first:last], told)
             first = last
+
+    def _place(self, rows: NDArray[np.intp]) -> None:
+        """Put bodies where the episodes of the environments `rows` have them."""
+        self.physics.place(rows, self.task.places(self.episode.parameters[rows]))
+
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make the episodes that begin from now on easier or harder."""
+        self.task.set_difficulty(difficulty)
+        self.episode.prepare_again()
 
     def _placed(self, bending: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return Clarke coordinates (R, S, 2) of shapes, and the physics' coordinates at rest."""
@@ -162,6 +177,8 @@ class EnvCore:
             for disturbance in self.disturbances:
                 told = disturbance.step(told)
             sent = self._splitter.rows(told)
+        if self._pulls:
+            self.physics.pull(self.task.force(self.episode.parameters, self.episode.time_s))
         self.physics.step(sent)
         self.episode.advance()
 
@@ -169,11 +186,14 @@ class EnvCore:
         """Return the outcome of the current state, which episodes fail, and what `info` holds."""
         state = self.physics.state
         state.command_vector = self._command
+        state.goal_after = self.episode.goal_after
         outcome = self.task.evaluate(state, self.episode.goal)
         ended = state.diverged
         if outcome.failure is not None:
             ended = ended | outcome.failure
         info = {**outcome.metrics, "is_success": outcome.success}
+        if self._tallies:
+            info.update(self._tally.over(outcome.metrics, self.episode.steps))
         for name, term in outcome.terms.items():
             info[f"reward_{name}"] = term
         off = self._command.off_manifold
@@ -260,13 +280,19 @@ class EnvCore:
             "physics": self.physics.get_state(),
             "episode": self.episode.get_state(),
             "command": self._command.get_state(),
+            "tally": self._tally.get_state(),
+            "difficulty": self.task.difficulty,
             "disturbances": [disturbance.get_state() for disturbance in self.disturbances],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Return to a state of `state()`, bit for bit."""
-        self.physics.set_state(state["physics"])
+        self.task.set_difficulty(state["difficulty"])
         self.episode.set_state(state["episode"])
+        if self.task.scene.placed and self.episode.begun:
+            self._place(np.arange(self.batch.size))
+        self.physics.set_state(state["physics"])
+        self._tally.set_state(state["tally"])
         self._command = JointVector.from_state(self.batch, state["command"])
         for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
             disturbance.set_state(kept)

@@ -80,12 +80,34 @@ class Episode:
         """Bring some goals up to date; observed goals are what they say to single precision."""
         goal = self._parameters[rows]
         if self._moves:
-            goal = self._task.advance(goal, self.steps[rows] * np.float64(self._control_dt))
+            goal = self._task.advance(goal, self.time_s[rows])
         if self._task.goal is not None:
             observed = self._task.goal.observed(goal)
             self.observed_goal[rows] = observed
             goal = self._task.goal.meant(observed)
         self.goal[rows] = goal
+
+    @property
+    def parameters(self) -> FloatArray:
+        """What `Task.begin` told of the episodes of now, shape (B, p), to read."""
+        return self._parameters
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time since the episodes' beginnings [s], shape (B,)."""
+        return self.steps * np.float64(self._control_dt)
+
+    def goal_after(self, steps: int) -> FloatArray:
+        """Return the goals that there will be in some control periods, (B, size) in SI units."""
+        if not self._moves:
+            return self.goal
+        return self._task.advance(self._parameters, self.time_s + steps * self._control_dt)
+
+    def prepare_again(self) -> None:
+        """Prepare the episodes to come anew, from the numbers that were drawn for them."""
+        rows = np.flatnonzero(self._used < BLOCK)
+        if rows.size:
+            self._prepare_rows(rows)
 
     @property
     def truncated(self) -> NDArray[np.bool_]:
@@ -111,7 +133,7 @@ class Episode:
     ) -> tuple[FloatArray, FloatArray]:
         """Begin new episodes in the environments `rows`, and return where their robots are put."""
         first, second, parameters = self._draw(rows)
-        self._parameters[rows] = parameters if goal is None else goal
+        self._parameters[rows] = parameters if goal is None else self._task.aimed(parameters, goal)
         self.steps[rows] = 0
         self.begun = True
         if self.disturbed.shape[1]:

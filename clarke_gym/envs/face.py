@@ -56,6 +56,26 @@ class Face:
         return self._core.observer.blocks
 
     @property
+    def difficulty(self) -> float:
+        """How hard the episodes are that begin from now on, 0 to 1."""
+        return self._core.task.difficulty
+
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make the episodes that begin from now on easier or harder, for curricula.
+
+        Parameters
+        ----------
+        difficulty : float or str
+            In [0, 1], or "easy", "medium", "hard".
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is neither.
+        """
+        self._core.set_difficulty(difficulty)
+
+    @property
     def control(self) -> str:
         """What an action asks for, "increment" or "absolute"."""
         return self._core.config.control
@@ -146,9 +166,10 @@ def check_options(
     if goal is None:
         raise ValueError("options['goal'] needs a task with a goal")
     given = np.asarray(options["goal"], dtype=np.float64)
-    if given.shape not in ((goal.size,), (rows, goal.size)) or not np.isfinite(given).all():
+    size = len(goal.labels[goal.shown])
+    if given.shape not in ((size,), (rows, size)) or not np.isfinite(given).all():
         raise ValueError(
-            f"options['goal'] must be finite with the shape ({goal.size},) or "
-            f"({rows}, {goal.size}), got {options['goal']!r}"
+            f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
+            f"{options['goal']!r}"
         )
-    return np.broadcast_to(given, (rows, goal.size))
+    return np.broadcast_to(given, (rows, size))

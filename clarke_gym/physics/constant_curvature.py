@@ -14,7 +14,7 @@ from clarke_gym.physics.base import RobotState
 from clarke_gym.physics.drives import Drives
 from clarke_gym.robots import Robot
 from clarke_gym.robots.joint_vector import JointVector
-from clarke_gym.robots.scene import EMPTY, Scene
+from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
 
 
 class ConstantCurvature:
@@ -51,7 +51,8 @@ class ConstantCurvature:
     def __init__(
         self, robot: Robot, batch: Batch | int, control_dt: float, scene: Scene = EMPTY
     ) -> None:
-        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
+        self.robot, self.batch = robot, as_batch(batch)
+        self.surroundings = Surroundings(scene, self.batch.size)
         self._drives = Drives(robot, control_dt)
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()
@@ -84,6 +85,16 @@ class ConstantCurvature:
         """Advance all robots by one control period under the commanded displacements."""
         self._displacement = self._drives.approach(self._displacement, command)
         self._state = None
+
+    def place(self, rows: NDArray[np.intp], bodies: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to ends and radii (rows, K, 7) [m]."""
+        self.surroundings.place(rows, bodies)
+        self._state = None
+
+    def pull(self, force: FloatArray) -> None:
+        """Refuse forces: nothing bends a shape here but its tendons."""
+        del force
+        raise ValueError("constant curvature feels no forces; physics='mujoco' does")
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

@@ -133,14 +133,14 @@ class _OfGoal(TaskSensor):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Those of the goal."""
-        return self._goal.labels
+        """Those of the goal, without costs."""
+        return self._goal.labels[self._goal.shown]
 
     @property
     def scale(self) -> float | FloatArray:
         """That of the goal."""
         scale: float | FloatArray = self._goal.divisor
-        return scale
+        return scale if np.ndim(scale) == 0 else scale[self._goal.shown]  # type: ignore[index]
 
     @property
     def bound(self) -> float:
@@ -155,7 +155,73 @@ class GoalSensor(_OfGoal):
     def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
         """Return the goals."""
         del state
-        return goal
+        return goal[:, self._goal.shown]
+
+
+@register_sensor("preview")
+class Preview(_OfGoal):
+    """Where a moving goal will be."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Those of the goal, for each control period ahead."""
+        ahead, labels = range(1, self.plant.task.previews + 1), super().labels
+        return tuple(f"{label} in {k}" for k in ahead for label in labels)
+
+    def __init__(self, plant: Plant) -> None:
+        super().__init__(plant)
+        if not plant.task.previews:
+            raise ValueError("sensor 'preview' needs a task whose goal moves and may be foreseen")
+
+    def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
+        """Return the goals to come, one after the other."""
+        del goal
+        ahead = range(1, self.plant.task.previews + 1)
+        return np.hstack([state.goal_after(k)[:, self._goal.shown] for k in ahead])
+
+    @property
+    def scale(self) -> float | FloatArray:
+        """That of the goal, repeated."""
+        scale = super().scale
+        return scale if np.ndim(scale) == 0 else np.tile(scale, self.plant.task.previews)
+
+
+@register_sensor("obstacles")
+class Obstacles(_Position):
+    """Where the bodies of a scene are that every episode places anew."""
+
+    def __init__(self, plant: Plant) -> None:
+        super().__init__(plant)
+        scene = plant.task.scene
+        if not scene.placed:
+            raise ValueError("sensor 'obstacles' needs a task whose bodies every episode places")
+        places: list[int] = []
+        labels: list[str] = []
+        for k, body in enumerate(scene.bodies):
+            ends = ("",) if body.is_sphere else (" start", " end")
+            for j, end in enumerate(ends):
+                places += [7 * k + 3 * j + i for i in range(3)]
+                labels += [f"{axis} of body {k}{end}" for axis in "xyz"]
+            if scene.resized:
+                places.append(7 * k + 6)
+                labels.append(f"radius of body {k}")
+        self._places, self._labels = np.array(places), tuple(labels)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Coordinates of each sphere's middle, and of each rod's ends."""
+        return self._labels
+
+    @property
+    def bound(self) -> float:
+        """Twice the length: bodies may lie out of reach."""
+        return 2.0 * BOUND_MARGIN
+
+    def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
+        """Return the coordinates [m]."""
+        del goal
+        numbers = state.bodies
+        return numbers.reshape(len(numbers), -1)[:, self._places]
 
 
 @register_sensor("goal_gap")
@@ -175,9 +241,10 @@ class GoalGap(_OfGoal):
 
     def read(self, state: RobotState, goal: FloatArray) -> FloatArray:
         """Return the gaps."""
-        return goal - self._seen(state)[1]
+        return (goal - self._seen(state)[1])[:, self._goal.shown]
 
     def observed(self, state: RobotState, goal: FloatArray) -> FloatArray:
         """Return the difference of what policies see, to the bit."""
-        achieved = self._seen(state)[0]
-        return np.subtract(self._goal.observed(goal), achieved, dtype=np.float64)
+        achieved, shown = self._seen(state)[0], self._goal.shown
+        gap = np.subtract(self._goal.observed(goal), achieved, dtype=np.float64)
+        return gap[:, shown]

@@ -52,6 +52,7 @@ class BatchEngine(Engine):
         self._batch = Batch(chain.model, num_envs, threads)
         self._process = os.getpid() if threads > 1 else None
         self._quiet = QuietEngine()
+        self._own: dict[str, FloatArray] = {}
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self.warm = self._batch.bind("qacc_warmstart")
         self._control = self._batch.bind("ctrl")
@@ -73,6 +74,20 @@ class BatchEngine(Engine):
         super().place(rows, qpos, qvel, warm)
         self._stale[rows] = True
 
+    def data(self, field: str) -> FloatArray:
+        """Return an input of the simulations; see `Engine.data`."""
+        return self._batch.bind(field)
+
+    def model_field(self, field: str) -> FloatArray:
+        """Return numbers of the models; see `Engine.model_field`."""
+        if field not in self._own:
+            self._own[field] = self._batch.expand(field)
+        return self._own[field]
+
+    def settle(self) -> None:
+        """Compute anew what follows from the numbers of the models."""
+        self._batch.set_const()
+
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
         if self._process is not None and self._process != os.getpid():
@@ -92,7 +107,7 @@ class BatchEngine(Engine):
         if np.count_nonzero(self._stale):
             self._batch.forward(np.flatnonzero(self._stale), stage=POSITIONS)
             self._stale[:] = False
-        poses = self._sites[:, self._tip], self._quaternions[:, -1]
+        poses = self._sites[:, self._tip], self._quaternions[:, self._tip_body]
         return list(poses[0].T.copy()), list(poses[1].T.copy())
 
     def shortenings(self) -> list[Number]:

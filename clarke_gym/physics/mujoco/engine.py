@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.scene import poses
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 
 NOTHING = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -48,6 +49,7 @@ class Engine(ABC):
         self.chain = chain
         self.straight = chain.model.tendon_length0.copy()
         self._tip = chain.model.site("tip").id
+        self._tip_body = int(chain.model.site("tip").bodyid[0])
 
     def _name_history(self, history: FloatArray) -> None:
         """Name what the model's recorders write, (B, numbers).
@@ -81,6 +83,45 @@ class Engine(ABC):
             Where the solver of the next time step starts [rad/s^2]; 0 as in a new simulation.
         """
         self.qpos[rows], self.qvel[rows], self.warm[rows] = qpos, qvel, warm
+
+    @abstractmethod
+    def data(self, field: str) -> FloatArray:
+        """Return an input of the simulations by MuJoCo's name, (B, ...), to write to."""
+
+    @abstractmethod
+    def model_field(self, field: str) -> FloatArray:
+        """Return numbers of the models by MuJoCo's name, (B, ...), to write to.
+
+        Every simulation has its own from then on; `settle` follows what depends on them.
+        """
+
+    @abstractmethod
+    def settle(self) -> None:
+        """Compute anew what follows from the numbers of the models."""
+
+    def put_bodies(self, rows: NDArray[np.intp], bodies: FloatArray, resized: bool) -> None:
+        """Put placed bodies of the scene somewhere.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+        bodies : ndarray, shape (R, K, 7)
+            Ends of each axis and radius [m].
+        resized : bool
+            Whether radii and lengths are other ones than the model's.
+        """
+        position, quaternion, half = poses(bodies)
+        self.data("mocap_pos")[rows], self.data("mocap_quat")[rows] = position, quaternion
+        if resized:
+            geoms = self.chain.scene_geoms
+            size, reach = self.model_field("geom_size"), self.model_field("geom_rbound")
+            for k, geom in enumerate(geoms):
+                size[rows, geom, 0], size[rows, geom, 1] = bodies[:, k, 6], half[:, k]
+                reach[rows, geom] = bodies[:, k, 6] + half[:, k]
+
+    def pull(self, force: FloatArray) -> None:
+        """Let forces (B, 3) [N] in the frame of the base act on the tips from now on."""
+        self.data("xfrc_applied")[:, self._tip_body, :3] = force
 
     def angle_norm(self) -> float:
         """Return the root of the sum of squares of all joint coordinates [rad]; nan if one is."""

@@ -61,6 +61,10 @@ class FoldedSteps:
     def _whole(self) -> WholeSteps:
         return self._make_whole()
 
+    def more_engines(self) -> list[Engine]:
+        """Return the simulations with all tendons, where they were needed already."""
+        return [self._whole.engine] if "_whole" in self.__dict__ else []
+
     def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
         """Advance the robots `rows` (None for all) by one control step.
 

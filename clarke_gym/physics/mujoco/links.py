@@ -25,6 +25,8 @@ class Chain:
     Parameters
     ----------
     model : mujoco.MjModel
+    spec : mujoco.MjSpec
+        What it was compiled from.
     bending_sum : ndarray, shape (2S, nq)
         Maps joint coordinates to the bending summed from the base to each segment's end [rad].
     shape : ndarray, shape (nq, 2S)
@@ -37,18 +39,19 @@ class Chain:
         Sensors that keep the tendons' lengths of some time steps.
     contact : slice or None
         Where the sensor of the net force between robot and scene writes, where there is one.
-    spec : mujoco.MjSpec, optional
-        What the model was compiled from, for `export_mjcf`.
+    scene_geoms : tuple of int
+        Shapes of the bodies of the scene.
     """
 
     model: mujoco.MjModel
+    spec: mujoco.MjSpec
     bending_sum: FloatArray
     shape: FloatArray
     stations: FloatArray
     folded: bool
     recorders: int = 0
     contact: slice | None = None
-    spec: mujoco.MjSpec | None = None
+    scene_geoms: tuple[int, ...] = ()
 
 
 class Backbone:
@@ -150,8 +153,9 @@ class Backbone:
         if model.nsensor > recorders:
             start = int(model.sensor("contact").adr[0])
             contact = slice(start, start + 3)
+        geoms = tuple(g for g in range(model.ngeom) if model.geom(g).name.startswith("scene"))
         stations = np.array(self._stations)
-        return Chain(model, total, shape, stations, folded, recorders, contact, self._spec)
+        return Chain(model, self._spec, total, shape, stations, folded, recorders, contact, geoms)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:

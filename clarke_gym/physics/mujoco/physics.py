@@ -28,11 +28,12 @@ from clarke_gym.physics.mujoco.model import (
     build_chain,
     substeps,
 )
+from clarke_gym.physics.mujoco.scene import CONTACT_DT_S
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
-from clarke_gym.robots.scene import EMPTY, Scene
+from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -93,7 +94,7 @@ class MujocoPhysics:
     """
 
     KEYWORDS: ClassVar[tuple[str, ...]] = ("profile", "sim_dt_s", "payload_kg", "threads")
-    OFFERS: ClassVar[tuple[str, ...]] = ("tension", "velocity", "contact_force")
+    OFFERS: ClassVar[tuple[str, ...]] = ("tension", "velocity", "contact_force", "load")
 
     displacement_bound = 1.25
 
@@ -115,8 +116,10 @@ class MujocoPhysics:
         scene: Scene = EMPTY,
     ) -> None:
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
-        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
-        self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
+        self.robot, self.batch = robot, as_batch(batch)
+        self.surroundings = Surroundings(scene, self.batch.size)
+        longest = min(numbers.sim_dt_s, CONTACT_DT_S) if scene.bodies else numbers.sim_dt_s
+        self._substeps = substeps(control_dt, sim_dt_s, longest)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
         self._drives = Drives(robot, control_dt, limited=True)
@@ -132,6 +135,7 @@ class MujocoPhysics:
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
+        self._force: FloatArray | None = None
         self._engine = self._make_engine(self._sim_dt)
         self._tension_driven = actuation == "tension"
         self._displacements = Displacements(
@@ -168,6 +172,7 @@ class MujocoPhysics:
         def make_whole() -> WholeSteps:
             finer = math.ceil(self._sim_dt / self._profile.slack_dt_s - 1e-9)
             engine = self._make_engine(self._sim_dt / finer, folded=False)
+            self._equip(engine)
             return WholeSteps(engine, springs, substeps * finer)
 
         to_clarke = self._displacements.to_clarke
@@ -286,6 +291,32 @@ class MujocoPhysics:
             return end
         self._engine.place(still, self._engine.kept(still)[0], 0.0)
         return end.with_rows(self.batch, still, start.clarke[still])
+
+    def place(self, rows: NDArray[np.intp], bodies: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to ends and radii (rows, K, 7) [m]."""
+        self.surroundings.place(rows, bodies)
+        for engine in self._engines():
+            engine.put_bodies(rows, bodies, self.surroundings.scene.resized)
+        self._state = None
+
+    def pull(self, force: FloatArray) -> None:
+        """Let forces (B, 3) [N] in the base frame act on the tips from now on."""
+        self._force = force.copy()
+        for engine in self._engines():
+            engine.pull(force)
+
+    def _equip(self, engine: Engine) -> None:
+        """Give a new engine what was told to the others."""
+        surroundings = self.surroundings
+        if surroundings.scene.placed:
+            rows = np.arange(self.batch.size)
+            engine.put_bodies(rows, surroundings.numbers, surroundings.scene.resized)
+        if self._force is not None:
+            engine.pull(self._force)
+
+    def _engines(self) -> list[Engine]:
+        """Return all simulations of the robots: with folded tendons, and with all of them."""
+        return [self._engine, *self._steps.more_engines()]
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

@@ -30,6 +30,10 @@ class WholeSteps:
         self._springs, self._steps, self._tension_driven = springs, steps, tension_driven
         self._duration = steps * engine.chain.model.opt.timestep
 
+    def more_engines(self) -> list[Engine]:
+        """Return no simulations beside the one that was given."""
+        return []
+
     def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
         """Advance the robots `rows` (None for all) by one control step.
 
