@@ -11,8 +11,8 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym import kinematics
-from clarke_gym.disturbances import DISTURBANCES
-from clarke_gym.envs.config import EnvConfig, names_in
+from clarke_gym.disturbances import Disturbance, make_disturbances, parse
+from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.episode import Episode
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.envs.observer import Observer
@@ -24,7 +24,7 @@ from clarke_gym.physics.base import Physics
 from clarke_gym.representations import make_representation
 from clarke_gym.representations.codecs import Decoder
 from clarke_gym.robots.joint_vector import JointVector, Splitter
-from clarke_gym.sensors import SENSORS, Plant
+from clarke_gym.sensors import ORACLE, SENSORS, Plant
 from clarke_gym.sensors.base import BOUND_MARGIN
 from clarke_gym.tasks import GoalTask, Outcome, Task
 
@@ -52,17 +52,21 @@ class EnvCore:
         self.config, self.batch = config, batch
         self.robot = robot = config.make_robot()
         self.task = config.make_task(robot)
-        self.disturbances = [
-            DISTURBANCES[name](robot, batch.size) for name in names_in(config.disturbances)
-        ]
+        strengths = parse(config.disturbances, config.physics)
+        self.disturbances = make_disturbances(strengths, robot, batch.size)
         self.physics = self._make_physics()
         self.actions = Decoder(make_representation(config.of_actions, robot), robot, batch)
+        self._sensing = self._with("sense")
         self.observer = self._make_observer()
         self.limits = CommandLimits(robot, config.control, config.control_dt)
         self._splitter = Splitter(robot, batch)
         self._command = JointVector(batch.zeros(2 * robot.n_segments))
         self._radii = robot.pitch_radii
-        self._pulls = type(self.task).force is not Task.force
+        # Hooks that do nothing cost nothing.
+        self._steering, self._pulling, self._varying = (
+            self._with(hook) for hook in ("step", "force", "vary")
+        )
+        self._task_pulls = type(self.task).force is not Task.force
         self.episode = Episode(
             self.task,
             batch.size,
@@ -111,12 +115,19 @@ class EnvCore:
                 names = (*names, "goal", "goal_gap") if compared else (*names, "goal")
         elif goal is not None and not config.goal_env and "goal" not in names:
             names = (*names, "goal")
-        plant = Plant(self.robot, self.physics, self.task)
+        plant = Plant(self.robot, self.physics, self.task, self.disturbances)
+        if ORACLE in names:
+            known = (name for name in SENSORS.names() if SENSORS[name].fits(plant))
+            names = tuple(dict.fromkeys([*names, *known]))
+            names = tuple(name for name in names if name != ORACLE)
+            if config.goal_env:
+                names = tuple(name for name in names if not name.startswith("goal"))
         for name in names:
             self._check_offers(f"sensor {name!r}", SENSORS[name].needs)
         sensors = [SENSORS[name](plant) for name in names]
         representation = make_representation(config.of_observations, self.robot)
-        return Observer(sensors, self.robot, representation, self.batch)
+        sensed = self._sensed if self._sensing else None
+        return Observer(sensors, self.robot, representation, self.batch, sensed)
 
     # --- spaces -------------------------------------------------------------------------------
 
@@ -144,14 +155,16 @@ class EnvCore:
         clarke, rest = self.episode.start(rows, goal)
         if self.task.scene.placed:
             self._place(rows)
-        self.physics.reset(rows, clarke, rest)
         self._command = self._command.with_rows(self.batch, rows, clarke)
         first = 0
         for disturbance in self.disturbances:
             last = first + disturbance.numbers
             told = self._command.joint(self.robot)[rows]
-            disturbance.reset(rows, self.episode.disturbed[rows, first:last], told)
+            disturbance.steps = self.episode.steps
+            disturbance.begin(rows, self.episode.disturbed[rows, first:last], told)
             first = last
+        self._vary(rows)
+        self.physics.reset(rows, clarke, rest)
 
     def _place(self, rows: NDArray[np.intp]) -> None:
         """Put bodies where the episodes of the environments `rows` have them."""
@@ -172,15 +185,40 @@ class EnvCore:
         if not self.episode.begun:
             raise ResetNeeded("reset the environment before its first step")
         sent = self._command = self.limits.apply(self.actions.read(action), self._command)
-        if self.disturbances:
+        for disturbance in self.disturbances:
+            disturbance.steps = self.episode.steps
+        if self._steering:
             told = sent.joint(self.robot)
-            for disturbance in self.disturbances:
+            for disturbance in self._steering:
                 told = disturbance.step(told)
             sent = self._splitter.rows(told)
-        if self._pulls:
-            self.physics.pull(self.task.force(self.episode.parameters, self.episode.time_s))
+        if self._task_pulls or self._pulling:
+            self.physics.pull(self._force())
         self.physics.step(sent)
         self.episode.advance()
+
+    def _with(self, hook: str) -> list[Disturbance]:
+        """Return the disturbances that have a hook."""
+        return [disturbance for disturbance in self.disturbances if disturbance.overrides(hook)]
+
+    def _force(self) -> FloatArray:
+        """Return the forces on the tips [N], shape (B, 3), of task and disturbances."""
+        force = self.task.force(self.episode.parameters, self.episode.time_s)
+        for disturbance in self._pulling:
+            force = force + disturbance.force()
+        return force
+
+    def _vary(self, rows: NDArray[np.intp]) -> None:
+        """Give physics the numbers that the episodes of the environments `rows` have."""
+        for disturbance in self._varying:
+            self.physics.vary(rows, disturbance.vary(disturbance.drawn[rows]))
+
+    def _sensed(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
+        """Return what disturbances leave of a sensor's true values (B, k)."""
+        for disturbance in self._sensing:
+            disturbance.steps = self.episode.steps
+            values = disturbance.sense(name, scale, values)
+        return values
 
     def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
         """Return the outcome of the current state, which episodes fail, and what `info` holds."""
@@ -282,7 +320,10 @@ class EnvCore:
             "command": self._command.get_state(),
             "tally": self._tally.get_state(),
             "difficulty": self.task.difficulty,
-            "disturbances": [disturbance.get_state() for disturbance in self.disturbances],
+            "disturbances": [
+                {"drawn": disturbance.drawn.copy(), "own": disturbance.get_state()}
+                for disturbance in self.disturbances
+            ],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -291,8 +332,10 @@ class EnvCore:
         self.episode.set_state(state["episode"])
         if self.task.scene.placed and self.episode.begun:
             self._place(np.arange(self.batch.size))
+        for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
+            disturbance.drawn = kept["drawn"].copy()
+            disturbance.set_state(kept["own"])
+        self._vary(np.arange(self.batch.size))
         self.physics.set_state(state["physics"])
         self._tally.set_state(state["tally"])
         self._command = JointVector.from_state(self.batch, state["command"])
-        for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
-            disturbance.set_state(kept)

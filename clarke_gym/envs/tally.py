@@ -65,7 +65,7 @@ class Tally:
             else:
                 extreme = np.minimum if over == "least" else np.maximum
                 kept = np.where(begin, value, np.where(new, extreme(kept, value), kept))
-                told[name] = kept.copy()
+                told[name] = kept - value if over == "fall" else kept.copy()
             self._kept[name] = kept
         self._at = steps.copy()
         return told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
@@ -78,6 +78,13 @@ class Physics(Protocol):
 
     def pull(self, force: FloatArray) -> None:
         """Let forces (B, 3) [N] in the base frame act on the tips from now on."""
+
+    def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Give the robots `rows` physical numbers of their own, by name.
+
+        "payload_kg" (R,), "stiffness" and "damping" of the backbone over the nominal (R,), and
+        "base_tilt_rad", rotation vectors of the base (R, 3).
+        """
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
@@ -191,8 +198,13 @@ class RobotState:
 
     @property
     def velocity(self) -> FloatArray:
-        """Rate of every tendon's displacement [m/s], shape (B, N); "mujoco" alone has it."""
+        """Rate of every tendon's displacement [m/s], shape (B, N)."""
         return self._offered("velocity")
+
+    @property
+    def tip_velocity(self) -> FloatArray:
+        """Velocity of the tip [m/s], shape (B, 3)."""
+        return self._offered("tip_velocity")
 
     @property
     def contact_force(self) -> FloatArray:

@@ -11,6 +11,7 @@ from clarke_gym.tasks.base import (
     register_task,
 )
 from clarke_gym.tasks.gate import Gate
+from clarke_gym.tasks.hold import Hold
 from clarke_gym.tasks.nest import Nest
 from clarke_gym.tasks.obstructed import ObstructedTask
 from clarke_gym.tasks.pose import Pose
@@ -18,6 +19,7 @@ from clarke_gym.tasks.reach import Reach
 from clarke_gym.tasks.shape import Shape
 from clarke_gym.tasks.shaped import ShapedTask
 from clarke_gym.tasks.track import Track
+from clarke_gym.tasks.wrap import Wrap
 
 __all__ = [
     "RUNGS",
@@ -25,6 +27,7 @@ __all__ = [
     "Gate",
     "Goal",
     "GoalTask",
+    "Hold",
     "Metric",
     "Nest",
     "ObstructedTask",
@@ -35,5 +38,6 @@ __all__ = [
     "ShapedTask",
     "Task",
     "Track",
+    "Wrap",
     "register_task",
 ]

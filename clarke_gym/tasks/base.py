@@ -18,7 +18,7 @@ from clarke_gym.physics.base import RobotState
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene
 
-OVER = ("now", "mean", "rms", "least", "most")
+OVER = ("now", "mean", "rms", "least", "most", "fall")
 """What a metric can tell of an episode."""
 
 RUNGS = {"easy": 0.0, "medium": 0.5, "hard": 1.0}
@@ -42,9 +42,9 @@ class Metric:
         Of the number, e.g. "m", "%", or "" for none.
     worst : float
         What an episode that failed counts as.
-    over : {"now", "mean", "rms", "least", "most"}
+    over : {"now", "mean", "rms", "least", "most", "fall"}
         Whether `info` holds the number of the step, or what it was over the episode so far: its
-        mean, its root mean square, its smallest or its largest value.
+        mean, its root mean square, its smallest or its largest value, or how far it is below that.
     """
 
     name: str

@@ -8,6 +8,7 @@ import numpy as np
 
 from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.noise import directions
 from clarke_gym.robots import Robot
 from clarke_gym.robots.scene import Capsule, Scene
 from clarke_gym.tasks.base import register_task
@@ -124,9 +125,7 @@ class Nest(ObstructedTask):
         along = REACH[0] + (REACH[1] - REACH[0]) * numbers[..., -3]
         index = np.ceil(along * count).astype(np.intp)
         middle = np.take_along_axis(curve, index[..., None, None], -2)[..., 0, :]
-        height, angle = 2.0 * numbers[..., -2] - 1.0, 2.0 * np.pi * numbers[..., -1]
-        flat = np.sqrt(1.0 - height**2)
-        direction = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], -1)
+        direction = directions(numbers[..., -2:])
         nominal = self.scene.numbers
         half = 0.5 * np.linalg.norm(nominal[:, 3:6] - nominal[:, :3], axis=1)[:, None, None]
         radius = np.broadcast_to(nominal[:, 6, None, None], (*middle.shape[:-1], 1))

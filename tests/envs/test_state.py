@@ -58,7 +58,9 @@ def test_state_is_a_copy():
     env.reset()
     for name in ("parameters", "numbers", "steps"):
         np.testing.assert_array_equal(state["episode"][name], kept["episode"][name])
-    np.testing.assert_array_equal(state["physics"]["clarke"], kept["physics"]["clarke"])
+    np.testing.assert_array_equal(
+        state["physics"]["now"]["clarke"], kept["physics"]["now"]["clarke"]
+    )
 
 
 def test_scalar_state_moves_to_another_environment():

@@ -60,6 +60,8 @@ class BatchEngine(Engine):
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
+        self._sensors = self._batch.bind("sensordata")
+        self.told = np.zeros_like(self._sensors)
         self._name_history(self._batch.bind("history"))
         self._stale = np.ones(num_envs, dtype=bool)  # where positions are not those of now
 
@@ -84,10 +86,6 @@ class BatchEngine(Engine):
             self._own[field] = self._batch.expand(field)
         return self._own[field]
 
-    def settle(self) -> None:
-        """Compute anew what follows from the numbers of the models."""
-        self._batch.set_const()
-
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
         if self._process is not None and self._process != os.getpid():
@@ -100,7 +98,10 @@ class BatchEngine(Engine):
         self._control[:] = control
         with self._quiet:
             self._batch.step(rows, nstep=steps, stage=self._stage)
-        self._stale[slice(None) if rows is None else rows] = self._stage == NOTHING
+        stepped = slice(None) if rows is None else rows
+        if "contact" in self.chain.sensors:  # a later stage by itself would overwrite forces
+            self.told[stepped] = self._sensors[stepped]
+        self._stale[stepped] = self._stage == NOTHING
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""

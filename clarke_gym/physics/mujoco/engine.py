@@ -45,6 +45,9 @@ class Engine(ABC):
     """Tendon lengths [m] at the start of each time step of the last control step, where the model
     records them, shape (B, ntendon, K)."""
 
+    told: FloatArray
+    """What the model's sensors told in the last time step, shape (B, numbers)."""
+
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.straight = chain.model.tendon_length0.copy()
@@ -92,12 +95,9 @@ class Engine(ABC):
     def model_field(self, field: str) -> FloatArray:
         """Return numbers of the models by MuJoCo's name, (B, ...), to write to.
 
-        Every simulation has its own from then on; `settle` follows what depends on them.
+        Every simulation has its own from then on. What the compiler derived from the numbers
+        stays: reference points and the softness of contacts do not move a robot.
         """
-
-    @abstractmethod
-    def settle(self) -> None:
-        """Compute anew what follows from the numbers of the models."""
 
     def put_bodies(self, rows: NDArray[np.intp], bodies: FloatArray, resized: bool) -> None:
         """Put placed bodies of the scene somewhere.
@@ -176,12 +176,17 @@ class Engine(ABC):
 
     def contact_force(self) -> FloatArray:
         """Return the magnitude of the net force between robot and scene [N], shape (B,)."""
-        place = self.chain.contact
+        place = self.chain.sensors.get("contact")
         if place is None:
             return np.zeros(len(self.qpos))
-        force = self._fresh(NOTHING, "sensordata")[0][:, place]
+        force = self.told[:, place]
         size: FloatArray = np.linalg.norm(force, axis=1)
         return size
+
+    def tip_velocity(self) -> FloatArray:
+        """Return the velocities of the tips [m/s], shape (B, 3)."""
+        place = self.chain.sensors["tip_velocity"]
+        return self._fresh(VELOCITIES, "sensordata")[0][:, place].copy()
 
     @abstractmethod
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:

@@ -41,6 +41,7 @@ class SingleEngine(Engine):
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
         self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
+        self.told = data.sensordata[None]
         # Of each kind of warning MuJoCo writes the first to a log file in the working directory and
         # only counts the rest: as if there had been one, it stays quiet.
         data.warning.number[:] = 1
@@ -70,10 +71,6 @@ class SingleEngine(Engine):
         """Return numbers of the model; see `Engine.model_field`."""
         owner = self._model.opt if field.startswith("opt.") else self._model
         return getattr(owner, field.removeprefix("opt."))[None]
-
-    def settle(self) -> None:
-        """Compute anew what follows from the numbers of the model."""
-        mujoco.mj_setConst(self._model, self._data)
 
     def angle_norm(self) -> float:
         """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""
