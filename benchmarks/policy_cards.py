@@ -64,8 +64,8 @@ def card(folder: Path, measured: list[dict[str, Any]]) -> str:
     return f"""# Policy `{folder.name}`
 
 `gym.make("{about["env"]["id"]}", {made})`, trained by {about["algorithm"].upper()} for
-{about["env_steps"]:,} steps (seed {about["seed"]}, constant curvature; all settings in `policy.json`): a
-tanh network {shape}.
+{about["env_steps"]:,} steps (seed {about["seed"]}, constant curvature; all settings in
+`policy.json`): a tanh network {shape}.
 
 ```python
 from clarke_gym.control import load_policy
@@ -74,8 +74,8 @@ policy = load_policy("policies/{folder.name}")  # NumPy alone
 action = policy.act(observation)
 ```
 
-Scores at the end of {GOALS} held-out episodes (`python -m benchmarks.policy_cards`), also with other
-numbers of tendons and on MuJoCo, where it was not trained:
+Scores at the end of {GOALS} held-out episodes (`python -m benchmarks.policy_cards`), also with
+other numbers of tendons and on MuJoCo, where it was not trained:
 
 | physics | tendons a segment | success rate | tip error, median [mm] |
 |---|---|---|---|
