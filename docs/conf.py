@@ -83,14 +83,8 @@ def _copy_explorer(app, error):
         )
 
 
-def _skip(app, what, name, obj, skip, options):
-    """Leave out what a class only inherits from the standard library."""
-    return skip or name in {"__init__", "__new__"}
-
-
 def setup(app):
     """Register the hooks above."""
     app.add_html_math_renderer("mathml", (_math, None), (_math, None))
     app.connect("source-read", _complete)
     app.connect("build-finished", _copy_explorer)
-    app.connect("autodoc-skip-member", _skip)
