@@ -73,14 +73,12 @@ class Nest(ObstructedTask):
     ) -> None:
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         length, segments = robot.length_m, robot.n_segments
-        self.numbers = 6 * segments + MOST * CANDIDATES * (2 * segments + 3)
+        self.numbers = 6 * segments + MOST + MOST * CANDIDATES * (2 * segments + 3)
         low = (0.0, 0.0, -PARKED * length)
         high = (0.0, 0.0, (ROD_LENGTH - PARKED) * length)
         spheres = (Capsule(low, low, SPHERE_RADIUS * length),) * SPHERES
         rods = (Capsule(low, high, ROD_RADIUS * length),) * RODS
-        # Spheres and rods in turn, so that few bodies in play are of both kinds.
-        bodies = tuple(body for pair in zip(spheres, rods, strict=True) for body in pair)
-        self.scene = Scene(bodies, placed=True)
+        self.scene = Scene((*spheres, *rods), placed=True)
 
     @property
     def n_bodies(self) -> int:
@@ -94,7 +92,7 @@ class Nest(ObstructedTask):
     def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return starts (R, S, 2), and goals and bodies (R, 4 + 7 K)."""
         segments, rows = self.robot.n_segments, len(numbers)
-        ends, rest = numbers[:, : 6 * segments], numbers[:, 6 * segments :]
+        ends, lots, rest = np.split(numbers, [6 * segments, 6 * segments + MOST], axis=1)
         most = self.robot.max_bending
         start, over, goal = np.moveaxis(
             kinematics.sample_dome(ends.reshape(rows, 3, segments, 2), most), 1, 0
@@ -108,7 +106,7 @@ class Nest(ObstructedTask):
         clear = self.gaps(way, flat).reshape(rows, MOST, CANDIDATES) >= room * self.hull_m
         first = clear.argmax(-1)[..., None, None]
         picked = np.take_along_axis(bodies, first, 2)[:, :, 0]
-        in_play = clear.any(-1) & (np.arange(MOST) < self.n_bodies)
+        in_play = clear.any(-1) & (lots.argsort(-1).argsort(-1) < self.n_bodies)
         placed = np.where(in_play[..., None], picked, self.scene.numbers)
         return start, np.hstack([self.tips(goal), placed.reshape(rows, -1)])
 
