@@ -50,6 +50,12 @@ format: $(STAMP)  ## format and fix what ruff can fix
 build: $(STAMP)  ## build the wheel, install it alone in a fresh environment, and use it there without torch
 	@bash .ci/build
 
+docs: $(STAMP)  ## build the site into docs/_build/html (about a minute); warnings are errors
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
+	@$(BIN)/python -m sphinx -b html -q -W --keep-going docs docs/_build/html
+	@$(BIN)/python -m pytest tests/site
+	@echo "==> docs/_build/html/index.html"
+
 explorer-vendor:  ## build the explorer's libraries from npm again (they are in the checkout)
 	@cd docs/explorer/vendor && npm install --no-audit --no-fund && npm run build
 

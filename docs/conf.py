@@ -1,5 +1,6 @@
 """How the site is built: `make docs`. Nothing is fetched, neither now nor by its readers."""
 
+import logging
 import os
 import re
 import shutil
@@ -28,6 +29,7 @@ nb_execution_mode = "force"
 nb_execution_timeout = 180
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+logging.getLogger("traitlets").setLevel(logging.WARNING)
 # The kernel speaks to this process alone; what it says about that is no news for who builds.
 os.environ["IPYTHONDIR"] = tempfile.mkdtemp()
 _profile = Path(os.environ["IPYTHONDIR"]) / "profile_default"
@@ -46,6 +48,7 @@ html_title = "clarke_gym"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
+html_favicon = "_static/icon.svg"
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {
