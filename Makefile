@@ -34,6 +34,9 @@ test-browser: $(STAMP)  ## the explorer in chromium, and its JavaScript in node
 	  || { echo "$$tool is missing; on Debian: apt-get install chromium nodejs"; exit 1; }; done
 	@$(BIN)/python -m pytest tests/explorer
 
+test-matrix: $(STAMP)  ## the wheel on every Python from 3.11 on this machine, lowest and newest dependencies
+	@bash .ci/matrix
+
 attack: $(STAMP)  ## attacks on run folders in their long form, with figures (at most 30 minutes)
 	@ATTACK=long $(BIN)/python -m pytest tests/attack -s --durations=10
 

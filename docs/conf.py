@@ -17,6 +17,7 @@ import clarke_gym
 
 project = "clarke_gym"
 author = "The clarke_gym developers"
+copyright = f"{author}; MIT licence"
 release = version = clarke_gym.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]

@@ -94,6 +94,12 @@ def load_policy(folder: str | Path) -> NetworkPolicy:
         If the files are damaged or hold no network of tanh layers.
     OSError
         If they cannot be read.
+
+    Examples
+    --------
+    >>> policy = load_policy("policies/reach")  # in the checkout
+    >>> policy.act(np.zeros((5, 13))).shape
+    (5, 2)
     """
     folder = Path(folder)
     about = json.loads((folder / "policy.json").read_text(encoding="utf-8"))
