@@ -301,11 +301,23 @@ class EnvCore:
         points = max(segment.n_disks for segment in self.robot.segments)
         curves, load = self.physics.backbone(points), self._tendon_load()
         success = self.evaluate()[0].success
-        goal = self.task.goal
-        position = goal is not None and goal.size >= 3 and goal.unit.startswith("m")
+        bodies = self.physics.surroundings.numbers
         for row in rows:
-            shown = self.episode.goal[row, :3] if position else None
-            yield self._picture.draw(curves[row], points, load[row], shown, bool(success[row]))
+            shown = self._shown_goal(row)
+            yield self._picture.draw(
+                curves[row], points, load[row], shown, bool(success[row]), bodies[row]
+            )
+
+    def _shown_goal(self, row: int) -> FloatArray | None:
+        """Return the goal as pictures take it: a position, with a direction, or some positions."""
+        goal = self.task.goal
+        if goal is None or not goal.labels[0].startswith("x"):
+            return None
+        numbers = self.episode.goal[row]
+        if goal.unit == "m, 1" and goal.size == 6:
+            return numbers
+        kept = [k for k, label in enumerate(goal.labels) if label[0] in "xyz"]
+        return numbers[kept].reshape(-1, 3)
 
     def close(self) -> None:
         """Free what pictures hold; a second call does nothing."""

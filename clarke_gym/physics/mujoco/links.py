@@ -26,6 +26,8 @@ class Chain:
     Parameters
     ----------
     model : mujoco.MjModel
+    spec : mujoco.MjSpec
+        What it was compiled from.
     bending_sum : ndarray, shape (2S, nq)
         Maps joint coordinates to the bending summed from the base to each segment's end [rad].
     shape : ndarray, shape (nq, 2S)
@@ -43,6 +45,7 @@ class Chain:
     """
 
     model: mujoco.MjModel
+    spec: mujoco.MjSpec
     bending_sum: FloatArray
     shape: FloatArray
     stations: FloatArray
@@ -159,7 +162,7 @@ class Backbone:
         }
         geoms = tuple(g for g in range(model.ngeom) if model.geom(g).name.startswith("scene"))
         stations = np.array(self._stations)
-        return Chain(model, total, shape, stations, folded, recorders, places, geoms)
+        return Chain(model, self._spec, total, shape, stations, folded, recorders, places, geoms)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:
