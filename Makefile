@@ -5,10 +5,10 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install compare test attack check format build docs benchmark clean
+.PHONY: help install compare test test-browser test-matrix attack check format build docs explorer-vendor benchmark clean
 
 help:  ## list the targets
-	@grep -E '^[a-z_]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -E '^[a-z_-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
 
 install: $(STAMP)  ## create .venv and install everything into it
 
@@ -28,6 +28,15 @@ test: $(STAMP)  ## the whole test suite
 	@echo "==> running the tests"
 	@$(BIN)/python -m pytest -n auto
 
+test-browser: $(STAMP)  ## the explorer in chromium, and its JavaScript in node
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group browser
+	@for tool in chromium node; do command -v $$tool >/dev/null \
+	  || { echo "$$tool is missing; on Debian: apt-get install chromium nodejs"; exit 1; }; done
+	@$(BIN)/python -m pytest tests/explorer
+
+test-matrix: $(STAMP)  ## the wheel on every Python from 3.11 on this machine, lowest and newest dependencies
+	@bash .ci/matrix
+
 attack: $(STAMP)  ## attacks on run folders in their long form, with figures (at most 30 minutes)
 	@ATTACK=long $(BIN)/python -m pytest tests/attack -s --durations=10
 
@@ -43,6 +52,15 @@ format: $(STAMP)  ## format and fix what ruff can fix
 
 build: $(STAMP)  ## build the wheel, install it alone in a fresh environment, and use it there without torch
 	@bash .ci/build
+
+docs: $(STAMP)  ## build the site into docs/_build/html (about a minute); warnings are errors
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
+	@$(BIN)/python -m sphinx -b html -q -W --keep-going docs docs/_build/html
+	@$(BIN)/python -m pytest tests/site
+	@echo "==> docs/_build/html/index.html"
+
+explorer-vendor:  ## build the explorer's libraries from npm again (they are in the checkout)
+	@cd docs/explorer/vendor && npm install --no-audit --no-fund && npm run build
 
 benchmark: $(STAMP)  ## speed, as ratios of medians inside one run
 	@$(BIN)/python -m benchmarks.env_speed

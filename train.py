@@ -93,12 +93,23 @@ class Report:
     """Where to write; by default <study>/report."""
 
 
+@dataclass
+class Explore:
+    """Serve the explorer in the browser: the transform, a robot and a policy to touch."""
+
+    port: int = 8000
+    """Port on this machine; 0 takes a free one."""
+    open: bool = True
+    """Whether to open it in a browser, where there is one."""
+
+
 Command = (
     Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Play, tyro.conf.subcommand("play")]
     | Annotated[Study, tyro.conf.subcommand("study")]
     | Annotated[Report, tyro.conf.subcommand("report")]
+    | Annotated[Explore, tyro.conf.subcommand("explore")]
 )
 
 
@@ -175,6 +186,20 @@ def _report(command: Report) -> int:
     return 0
 
 
+def _explore(command: Explore) -> int:
+    import webbrowser
+
+    from agents.explorer import make_server
+
+    with make_server(command.port) as server:
+        address = f"http://127.0.0.1:{server.server_port}/"
+        print(f"{address} (Ctrl-C ends it)", flush=True)
+        if command.open:
+            webbrowser.open(address)
+        server.serve_forever()
+    return 0
+
+
 def _merged(arguments: Sequence[str]) -> list[str]:
     """Return the arguments with every --set in one, since the parser keeps the last alone.
 
@@ -204,10 +229,10 @@ def _merged(arguments: Sequence[str]) -> list[str]:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    command: Train | Evaluate | Play | Study | Report = tyro.cli(
+    command: Train | Evaluate | Play | Study | Report | Explore = tyro.cli(
         Command, args=_merged(arguments), description=__doc__
     )
-    if not isinstance(command, Report):
+    if not isinstance(command, Report | Explore):
         from agents.plugins import allow_plugins
 
         allow_plugins(command.plugins)
@@ -222,6 +247,8 @@ def _run(arguments: Sequence[str]) -> int:
             return _study(command)
         case Report():
             return _report(command)
+        case Explore():
+            return _explore(command)
 
 
 def _terminate(number: int, frame: object) -> None:

@@ -15,6 +15,7 @@ What users add is registered by name, also from outside the package: see `regist
 from clarke_gym import _paths_of_0_1
 from clarke_gym.disturbances import Disturbance, register_disturbance
 from clarke_gym.physics import register_physics
+from clarke_gym.physics.mjcf import export_mjcf
 from clarke_gym.registration import register_environments
 from clarke_gym.representations import register_representation
 from clarke_gym.robots import Robot, Segment, register_robot
@@ -45,6 +46,7 @@ __all__ = [
     "Task",
     "TaskSensor",
     "__version__",
+    "export_mjcf",
     "register_disturbance",
     "register_physics",
     "register_representation",

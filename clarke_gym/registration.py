@@ -16,6 +16,18 @@ from clarke_gym.envs import (
 
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "clarke_gym/Reach-v0": {"task": "reach"},
+    "clarke_gym/Pose-v0": {"task": "pose", "robot": "two_segment"},
+    "clarke_gym/Track-v0": {"task": "track"},
+    "clarke_gym/Shape-v0": {"task": "shape", "robot": "two_segment"},
+    "clarke_gym/Gate-v0": {"task": "gate"},
+    "clarke_gym/Nest-v0": {"task": "nest", "robot": "two_segment"},
+    "clarke_gym/Hold-v0": {"task": "hold", "physics": "mujoco"},
+    "clarke_gym/Wrap-v0": {
+        "task": "wrap",
+        "physics": "mujoco",
+        "robot": "two_segment",
+        "max_bending_rad": 3.0,
+    },
     "clarke_gym/Task-v0": {},
 }
 """Id -> keyword arguments. "clarke_gym/Task-v0" takes any task by name: ``task="mine"``."""

@@ -1,54 +1,120 @@
-"""The README says what the code does: its tables against signatures, its code by running it."""
+"""README and pages say what the code does: tables against signatures, numbers against results."""
 
+import csv
 import inspect
 import re
 from pathlib import Path
+
+import pytest
 
 from clarke_gym.envs.config import all_keywords
 from clarke_gym.registration import ENVIRONMENTS, make_vector_env
 from clarke_gym.representations import representation_names
 from clarke_gym.representations.instruments import INSTRUMENTS
 
-README = (Path(__file__).parent.parent / "README.md").read_text()
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text()
+ENVIRONMENTS_PAGE = (ROOT / "docs" / "environments.md").read_text()
+RESULTS_PAGE = (ROOT / "docs" / "results.md").read_text()
+BLOCK = re.compile(r"```python\n(.*?)```", flags=re.DOTALL)
 
 
-def names_in_first_column(heading):
-    table = README.split(heading)[1].split("\n\n")[0]
+def names_in_first_column(page, heading):
+    table = page.split(heading)[1].split("\n\n")[0]
     return {
         name for row in table.splitlines() for name in re.findall(r"`(\w+)`", row.split("|")[1])
     }
 
 
+def test_the_readme_breathes():
+    assert len(README.splitlines()) <= 120
+    for picture in re.findall(r"docs/media/\S+?\.(?:gif|png)", README):
+        assert (ROOT / picture).stat().st_size < 2e6, picture
+
+
 def test_keyword_table_is_complete():
-    said = names_in_first_column("| keyword | default | meaning |\n")
+    said = names_in_first_column(ENVIRONMENTS_PAGE, "| keyword | default | meaning |\n")
     entry = set(inspect.signature(make_vector_env).parameters) - {"keywords"}
     ours = {name for name, owner in all_keywords() if "test_" not in owner}
     assert said == ours | entry
 
 
-def test_every_id_and_representation_is_named():
-    for env_id in ENVIRONMENTS:
-        assert f"`{env_id}`" in README
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_every_id_is_named_and_pictured(env_id):
+    for page in (README, ENVIRONMENTS_PAGE):
+        assert f"`{env_id}`" in page
+        if "task" in ENVIRONMENTS[env_id]:
+            assert f"media/tasks/{ENVIRONMENTS[env_id]['task']}.png" in page
+
+
+def test_every_representation_is_named():
     published = [name for name in representation_names() if re.search(r"_20\d\d$", name)]
-    assert any(f"`{name}`" in README for name in published)
+    assert any(f"`{name}`" in ENVIRONMENTS_PAGE for name in published)
     ours = {name for name in representation_names() if not name.endswith("_doctest")}
     for name in ours - set(published) - set(INSTRUMENTS):
-        assert f"`{name}`" in README, name
-    study = (Path(__file__).parent.parent / "docs" / "why_clarke.md").read_text()
+        assert f"`{name}`" in ENVIRONMENTS_PAGE, name
+    study = (ROOT / "docs" / "why_clarke.md").read_text()
     for name in INSTRUMENTS:  # of the study alone
         assert f"`{name}`" in study, name
 
 
-def test_code_runs():
+def test_code_of_the_readme_runs_and_learns(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    blocks = BLOCK.findall(README)
     space = {}
-    for block in re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL):
+    for block in (blocks[1], blocks[0], *blocks[2:]):  # the first shows what the second imports
         exec(block, space)  # our own README, not input
-    assert space["position"].shape == (3,)
     assert space["envs"].num_envs == 256
+    assert space["env"].unwrapped.robot.n_joints == 32
+    seen, _ = space["env"].reset(seed=0)
+    assert space["policy"].act(seen).shape == (2,)
+    model, held_out = (
+        space["model"],
+        space["gym"].make_vec(
+            "clarke_gym/Reach-v0", num_envs=100, n_tendons=7, representation="clarke"
+        ),
+    )
+    observations, _ = held_out.reset(seed=9_000)
+    for _ in range(49):
+        observations, *_, infos = held_out.step(model.predict(observations, deterministic=True)[0])
+    assert infos["is_success"].mean() >= 0.98
+
+
+@pytest.mark.parametrize("page", ["environments", "learning", "extend"])
+def test_code_of_pages_runs(page, monkeypatch):
+    """Blocks of a page in one name space; a signature with "..." in it is no code to run."""
+    monkeypatch.chdir(ROOT)
+    space = {}
+    exec("import gymnasium as gym, clarke_gym", space)
+    for block in BLOCK.findall((ROOT / "docs" / f"{page}.md").read_text()):
+        if page == "extend":  # the class is shown without its methods, which the examples hold
+            block = re.sub(r"@clarke_gym.*?\.\.\.[^\n]*\n", "", block, flags=re.DOTALL)
+        exec(block, space)
 
 
 def test_linked_files_exist():
-    root = Path(__file__).parent.parent
-    for page in [root / "README.md", *root.glob("docs/**/*.md"), root / "CONTRIBUTING.md"]:
-        for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]
+    for page in pages:
+        if {"_build", "node_modules"} & set(page.parts):
+            continue
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+        for link in re.findall(r"\]\(([^)#:]+)\)", text):
             assert (page.parent / link).exists(), f"{page.name}: {link}"
+
+
+def test_the_headline_numbers_are_those_of_the_study():
+    """Ratios of environment steps: 1 over the table's speed-up, interval ends exchanged."""
+    with (ROOT / "docs/results/headline/table.csv").open() as file:
+        rows = {(row["task"], row["representation"]): row for row in csv.DictReader(file)}
+    lines = RESULTS_PAGE.splitlines()
+    head = next(line for line in lines if line.startswith("| | n = 3 | n = 4"))
+    tasks = [cell.strip() for cell in head.strip("|").split("|")][1:]
+    for arm, title in (("clarke", "Clarke / raw"), ("raw_scaled", "scaled raw / raw")):
+        line = next(line for line in lines if line.startswith(f"| {title} |"))
+        cells = [cell.strip() for cell in line.strip("|").split("|")][1:]
+        for task, cell in zip(tasks, cells, strict=True):
+            row = rows[task, arm]
+            numbers = [
+                1.0 / float(row[key]) for key in ("speed_up", "speed_up_high", "speed_up_low")
+            ]
+            assert cell == "{:.2f} [{:.2f}, {:.2f}]".format(*numbers), (task, arm)

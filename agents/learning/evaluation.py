@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -50,7 +49,7 @@ class HeldOutEvaluation:
             **settings.kwargs,  # type: ignore[arg-type]
         )
         declared = self.env.unwrapped.task.metrics  # type: ignore[attr-defined]
-        self.metrics = tuple(Metric(**asdict(metric)) for metric in declared)
+        self.metrics = tuple(Metric(m.name, m.label, m.unit, m.worst) for m in declared)
         """What the task measures, the leading metric first."""
 
     def run(self, agent: Agent) -> dict[str, NDArray[Any]]:

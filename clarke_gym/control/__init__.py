@@ -1,4 +1,4 @@
-"""Classical controllers on the interface of a policy."""
+"""Classical controllers on the interface of a policy, and trained policies with NumPy alone."""
 
 from clarke_gym.control.controllers import (
     CONTROLLERS,
@@ -7,11 +7,17 @@ from clarke_gym.control.controllers import (
     TipController,
     make_controller,
 )
+from clarke_gym.control.mppi import MppiController, MppiSettings
+from clarke_gym.control.network import NetworkPolicy, load_policy
 
 __all__ = [
     "CONTROLLERS",
     "Gains",
+    "MppiController",
+    "MppiSettings",
+    "NetworkPolicy",
     "ResolvedRateController",
     "TipController",
+    "load_policy",
     "make_controller",
 ]

@@ -1,8 +1,8 @@
-"""What a disturbance is: something that the nominal robot does not have, at make, reset or step."""
+"""What a disturbance is: something that the nominal robot does not have."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,11 +22,14 @@ class Disturbance:
         The nominal one, which limits, tasks and policies know.
     num_envs : int
         Batch size B.
+    strength : float
+        What amplitudes are multiplied by; 1 is harsh.
 
     Notes
     -----
     Each environment draws `numbers` uniform numbers an episode for each disturbance, from a
-    generator of its own seed beside the task's: goals do not depend on what disturbs.
+    generator of its own seed beside the task's: goals do not depend on what disturbs. They are kept
+    in `drawn`, and are part of `state()`.
     """
 
     name: ClassVar[str] = ""
@@ -34,27 +37,61 @@ class Disturbance:
     """Models that it has a meaning in."""
     numbers: ClassVar[int] = 0
     """Uniform random numbers an episode."""
+    hidden: ClassVar[int] = 0
+    """How many of them, the first ones, tell what disturbs: the sensor "hidden" shows them."""
 
-    def __init__(self, robot: Robot, num_envs: int) -> None:
-        self.robot, self.num_envs = robot, num_envs
+    steps: NDArray[np.int64]
+    """Control periods since the episodes began, (B,), brought up to date by the environment."""
+
+    def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
+        self.robot, self.num_envs, self.strength = robot, num_envs, strength
+        self.drawn = np.zeros((num_envs, self.numbers))
+        self.steps = np.zeros(num_envs, np.int64)
 
     def make(self, robot: Robot) -> Robot:
         """Return the robot that physics simulates, alike for all environments."""
         return robot
 
+    def begin(self, rows: NDArray[np.intp], numbers: FloatArray, command: FloatArray) -> None:
+        """Begin episodes: keep what was drawn, and let `reset` follow."""
+        self.drawn[rows] = numbers
+        self.reset(rows, numbers, command)
+
     def reset(self, rows: NDArray[np.intp], numbers: FloatArray, command: FloatArray) -> None:
         """Begin episodes in R environments; `numbers` is (R, numbers), `command` (R, N) [m]."""
+
+    def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
+        """Return physical numbers of R robots by the names that `Physics.vary` takes."""
+        del numbers
+        return {}
 
     def step(self, command: FloatArray) -> FloatArray:
         """Return what reaches the tendons [m] of what the drives are told, both (B, N)."""
         return command
 
+    def force(self) -> FloatArray:
+        """Return forces on the tips in the base frame [N], (B, 3), during the next step."""
+        return np.zeros((self.num_envs, 3))
+
+    def sense(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
+        """Return what a sensor tells of its true values, both (B, k) in SI units.
+
+        It may be asked more than once a step, and must answer alike. `scale` is what policies see
+        the values divided by: one number, or k.
+        """
+        del name, scale
+        return values
+
     def get_state(self) -> dict[str, Any]:
-        """Return a copy of everything that the future depends on."""
+        """Return a copy of what the future depends on beside `drawn`."""
         return {}
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`."""
+
+    def overrides(self, hook: str) -> bool:
+        """Return whether a hook does something."""
+        return getattr(type(self), hook) is not getattr(Disturbance, hook)
 
 
 DISTURBANCES: Registry[Any] = Registry("disturbance")

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from clarke_gym.disturbances import DISTURBANCES
+from clarke_gym.disturbances import parse
 from clarke_gym.numerics.checks import check_choice, check_count, check_positive
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.physics import PHYSICS, physics_class
 from clarke_gym.robots import Robot, make_robot
-from clarke_gym.sensors import LADDER, SENSORS
+from clarke_gym.sensors import LADDER, ORACLE, SENSORS
 from clarke_gym.tasks import TASKS, Task
 
 CONTROLS = ("increment", "absolute")
@@ -78,9 +78,11 @@ class EnvConfig:
         "mujoco" (real tendons: off-manifold commands raise tension and can slacken tendons).
     sensors : str, optional
         What policies see: names of `clarke_gym.sensors.SENSORS` with "+" between them, e.g.
-        "command+tendons+tip"; what the task suggests by default. The goal is always seen.
+        "command+tendons+tip", or "oracle" for all that there is; what the task suggests by default.
+        The goal is always seen.
     disturbances : str, optional
-        Names of `clarke_gym.disturbances.DISTURBANCES` with "+" between them; none by default.
+        Names of `clarke_gym.disturbances.DISTURBANCES` with "+" between them, with a strength where
+        it is not 1 ("payload=0.5+push"), or "none", "mild", "hardware", "harsh"; none by default.
     representation : str
         Of actions and observations alike: a name of `clarke_gym.representations`.
     action_representation, observation_representation : str, optional
@@ -135,14 +137,8 @@ class EnvConfig:
     def __post_init__(self) -> None:
         _ = TASKS[self.task], PHYSICS[self.physics]
         for name in self.sensor_names or ():
-            _ = SENSORS[name]
-        for name in names_in(self.disturbances):
-            known = DISTURBANCES[name]
-            if self.physics not in known.physics:
-                raise ValueError(
-                    f"disturbance {name!r} has no meaning with physics={self.physics!r}, "
-                    f"but with {list(known.physics)}"
-                )
+            _ = None if name == ORACLE else SENSORS[name]
+        parse(self.disturbances, self.physics)
         check_choice("control", self.control, CONTROLS)
         check_positive("control_dt", self.control_dt)
         if self.episode_steps is not None:
@@ -202,8 +198,12 @@ class EnvConfig:
         """Names of the sensors that are asked for; None for those that the task suggests."""
         if self.sensors is None:
             return None
-        rungs = (LADDER.get(name, (name,)) for name in names_in(self.sensors))
-        return tuple(dict.fromkeys(name for rung in rungs for name in rung))
+        offers, found = physics_class(self.physics).OFFERS, []
+        for name in names_in(self.sensors):
+            # A rung is what the physics has of it; a sensor by its own name must be there.
+            rung = [one for one in LADDER.get(name, ()) if set(SENSORS[one].needs) <= set(offers)]
+            found += rung or [name]
+        return tuple(dict.fromkeys(found))
 
     @property
     def render_fps(self) -> int:

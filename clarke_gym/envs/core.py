@@ -11,11 +11,12 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym import kinematics
-from clarke_gym.disturbances import DISTURBANCES
-from clarke_gym.envs.config import EnvConfig, names_in
+from clarke_gym.disturbances import Disturbance, make_disturbances, parse
+from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.episode import Episode
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.envs.observer import Observer
+from clarke_gym.envs.tally import Tally
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, each, largest_magnitude
 from clarke_gym.physics import PHYSICS, physics_class
@@ -23,9 +24,9 @@ from clarke_gym.physics.base import Physics
 from clarke_gym.representations import make_representation
 from clarke_gym.representations.codecs import Decoder
 from clarke_gym.robots.joint_vector import JointVector, Splitter
-from clarke_gym.sensors import SENSORS, Plant
+from clarke_gym.sensors import ORACLE, SENSORS, Plant
 from clarke_gym.sensors.base import BOUND_MARGIN
-from clarke_gym.tasks import GoalTask, Outcome
+from clarke_gym.tasks import GoalTask, Outcome, Task
 
 if TYPE_CHECKING:
     from clarke_gym.rendering import Picture
@@ -51,16 +52,21 @@ class EnvCore:
         self.config, self.batch = config, batch
         self.robot = robot = config.make_robot()
         self.task = config.make_task(robot)
-        self.disturbances = [
-            DISTURBANCES[name](robot, batch.size) for name in names_in(config.disturbances)
-        ]
+        strengths = parse(config.disturbances, config.physics)
+        self.disturbances = make_disturbances(strengths, robot, batch.size)
         self.physics = self._make_physics()
         self.actions = Decoder(make_representation(config.of_actions, robot), robot, batch)
+        self._sensing = self._with("sense")
         self.observer = self._make_observer()
         self.limits = CommandLimits(robot, config.control, config.control_dt)
         self._splitter = Splitter(robot, batch)
         self._command = JointVector(batch.zeros(2 * robot.n_segments))
         self._radii = robot.pitch_radii
+        # Hooks that do nothing cost nothing.
+        self._steering, self._pulling, self._varying = (
+            self._with(hook) for hook in ("step", "force", "vary")
+        )
+        self._task_pulls = type(self.task).force is not Task.force
         self.episode = Episode(
             self.task,
             batch.size,
@@ -69,6 +75,8 @@ class EnvCore:
             self._placed,
             sum(disturbance.numbers for disturbance in self.disturbances),
         )
+        self._tally = Tally(self.task.metrics, batch.size)
+        self._tallies = any(metric.over != "now" for metric in self.task.metrics)
         self._picture: Picture | None = None
 
     def _make_physics(self) -> Physics:
@@ -107,12 +115,19 @@ class EnvCore:
                 names = (*names, "goal", "goal_gap") if compared else (*names, "goal")
         elif goal is not None and not config.goal_env and "goal" not in names:
             names = (*names, "goal")
-        plant = Plant(self.robot, self.physics, self.task)
+        plant = Plant(self.robot, self.physics, self.task, self.disturbances)
+        if ORACLE in names:
+            known = (name for name in SENSORS.names() if SENSORS[name].fits(plant))
+            names = tuple(dict.fromkeys([*names, *known]))
+            names = tuple(name for name in names if name != ORACLE)
+            if config.goal_env:
+                names = tuple(name for name in names if not name.startswith("goal"))
         for name in names:
             self._check_offers(f"sensor {name!r}", SENSORS[name].needs)
         sensors = [SENSORS[name](plant) for name in names]
         representation = make_representation(config.of_observations, self.robot)
-        return Observer(sensors, self.robot, representation, self.batch)
+        sensed = self._sensed if self._sensing else None
+        return Observer(sensors, self.robot, representation, self.batch, sensed)
 
     # --- spaces -------------------------------------------------------------------------------
 
@@ -138,14 +153,27 @@ class EnvCore:
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         clarke, rest = self.episode.start(rows, goal)
-        self.physics.reset(rows, clarke, rest)
+        if self.task.scene.placed:
+            self._place(rows)
         self._command = self._command.with_rows(self.batch, rows, clarke)
         first = 0
         for disturbance in self.disturbances:
             last = first + disturbance.numbers
             told = self._command.joint(self.robot)[rows]
-            disturbance.reset(rows, self.episode.disturbed[rows, first:last], told)
+            disturbance.steps = self.episode.steps
+            disturbance.begin(rows, self.episode.disturbed[rows, first:last], told)
             first = last
+        self._vary(rows)
+        self.physics.reset(rows, clarke, rest)
+
+    def _place(self, rows: NDArray[np.intp]) -> None:
+        """Put bodies where the episodes of the environments `rows` have them."""
+        self.physics.place(rows, self.task.places(self.episode.parameters[rows]))
+
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make the episodes that begin from now on easier or harder."""
+        self.task.set_difficulty(difficulty)
+        self.episode.prepare_again()
 
     def _placed(self, bending: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return Clarke coordinates (R, S, 2) of shapes, and the physics' coordinates at rest."""
@@ -157,23 +185,72 @@ class EnvCore:
         if not self.episode.begun:
             raise ResetNeeded("reset the environment before its first step")
         sent = self._command = self.limits.apply(self.actions.read(action), self._command)
-        if self.disturbances:
+        for disturbance in self.disturbances:
+            disturbance.steps = self.episode.steps
+        if self._steering:
             told = sent.joint(self.robot)
-            for disturbance in self.disturbances:
+            for disturbance in self._steering:
                 told = disturbance.step(told)
             sent = self._splitter.rows(told)
+        if self._task_pulls or self._pulling:
+            self.physics.pull(self._force())
         self.physics.step(sent)
         self.episode.advance()
 
-    def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
-        """Return the outcome of the current state, which episodes fail, and what `info` holds."""
+    def _with(self, hook: str) -> list[Disturbance]:
+        """Return the disturbances that have a hook."""
+        return [disturbance for disturbance in self.disturbances if disturbance.overrides(hook)]
+
+    def _force(self) -> FloatArray:
+        """Return the forces on the tips [N], shape (B, 3), of task and disturbances."""
+        force = self.task.force(self.episode.parameters, self.episode.time_s)
+        for disturbance in self._pulling:
+            force = force + disturbance.force()
+        return force
+
+    def _vary(self, rows: NDArray[np.intp]) -> None:
+        """Give physics the numbers that the episodes of the environments `rows` have."""
+        for disturbance in self._varying:
+            self.physics.vary(rows, disturbance.vary(disturbance.drawn[rows]))
+
+    def _sensed(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
+        """Return what disturbances leave of a sensor's true values (B, k)."""
+        for disturbance in self._sensing:
+            disturbance.steps = self.episode.steps
+            values = disturbance.sense(name, scale, values)
+        return values
+
+    def outcome(self) -> Outcome:
+        """Return what the task says of the current state."""
         state = self.physics.state
         state.command_vector = self._command
-        outcome = self.task.evaluate(state, self.episode.goal)
+        state.goal_after = self.episode.goal_after
+        return self.task.evaluate(state, self.episode.goal)
+
+    def begin_at(
+        self, parameters: FloatArray, steps: int, command: FloatArray, displacement: FloatArray
+    ) -> None:
+        """Put all environments into one episode, at rest: see `Imagination.begin`."""
+        rows = np.arange(self.batch.size)
+        self.episode.begin_at(parameters, steps)
+        if self.task.scene.placed:
+            self._place(rows)
+        told, there = (
+            np.broadcast_to(pairs, (len(rows), *pairs.shape)) for pairs in (command, displacement)
+        )
+        self._command = JointVector(self.batch.zeros(2 * self.robot.n_segments))
+        self._command = self._command.with_rows(self.batch, rows, told)
+        self.physics.reset(rows, there)
+
+    def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
+        """Return the outcome of the current state, which episodes fail, and what `info` holds."""
+        outcome, state = self.outcome(), self.physics.state
         ended = state.diverged
         if outcome.failure is not None:
             ended = ended | outcome.failure
         info = {**outcome.metrics, "is_success": outcome.success}
+        if self._tallies:
+            info.update(self._tally.over(outcome.metrics, self.episode.steps))
         for name, term in outcome.terms.items():
             info[f"reward_{name}"] = term
         off = self._command.off_manifold
@@ -224,11 +301,23 @@ class EnvCore:
         points = max(segment.n_disks for segment in self.robot.segments)
         curves, load = self.physics.backbone(points), self._tendon_load()
         success = self.evaluate()[0].success
-        goal = self.task.goal
-        position = goal is not None and goal.size >= 3 and goal.unit.startswith("m")
+        bodies = self.physics.surroundings.numbers
         for row in rows:
-            shown = self.episode.goal[row, :3] if position else None
-            yield self._picture.draw(curves[row], points, load[row], shown, bool(success[row]))
+            shown = self._shown_goal(row)
+            yield self._picture.draw(
+                curves[row], points, load[row], shown, bool(success[row]), bodies[row]
+            )
+
+    def _shown_goal(self, row: int) -> FloatArray | None:
+        """Return the goal as pictures take it: a position, with a direction, or some positions."""
+        goal = self.task.goal
+        if goal is None or not goal.labels[0].startswith("x"):
+            return None
+        numbers = self.episode.goal[row]
+        if goal.unit == "m, 1" and goal.size == 6:
+            return numbers
+        kept = [k for k, label in enumerate(goal.labels) if label[0] in "xyz"]
+        return numbers[kept].reshape(-1, 3)
 
     def close(self) -> None:
         """Free what pictures hold; a second call does nothing."""
@@ -260,13 +349,24 @@ class EnvCore:
             "physics": self.physics.get_state(),
             "episode": self.episode.get_state(),
             "command": self._command.get_state(),
-            "disturbances": [disturbance.get_state() for disturbance in self.disturbances],
+            "tally": self._tally.get_state(),
+            "difficulty": self.task.difficulty,
+            "disturbances": [
+                {"drawn": disturbance.drawn.copy(), "own": disturbance.get_state()}
+                for disturbance in self.disturbances
+            ],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Return to a state of `state()`, bit for bit."""
-        self.physics.set_state(state["physics"])
+        self.task.set_difficulty(state["difficulty"])
         self.episode.set_state(state["episode"])
-        self._command = JointVector.from_state(self.batch, state["command"])
+        if self.task.scene.placed and self.episode.begun:
+            self._place(np.arange(self.batch.size))
         for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
-            disturbance.set_state(kept)
+            disturbance.drawn = kept["drawn"].copy()
+            disturbance.set_state(kept["own"])
+        self._vary(np.arange(self.batch.size))
+        self.physics.set_state(state["physics"])
+        self._tally.set_state(state["tally"])
+        self._command = JointVector.from_state(self.batch, state["command"])

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.observer import Blocks
 from clarke_gym.numerics.arrays import FloatArray
@@ -46,6 +48,21 @@ class Face:
         return self._core.episode.goal.copy()
 
     @property
+    def parameters(self) -> FloatArray:
+        """What tells the episodes of now (goals, paths, places of bodies), shape (B, p)."""
+        return self._core.episode.parameters.copy()
+
+    @property
+    def steps(self) -> NDArray[np.int64]:
+        """Control periods since the episodes of now began, shape (B,)."""
+        return self._core.episode.steps.copy()
+
+    @property
+    def config(self) -> EnvConfig:
+        """What the environment is composed of."""
+        return self._core.config
+
+    @property
     def physics(self) -> Physics:
         """The model that moves the robots; its `state` has what sensors can see, and more."""
         return self._core.physics
@@ -54,6 +71,26 @@ class Face:
     def sensors(self) -> Blocks:
         """Where each sensor stands in an observation, with labels, units, scales and bounds."""
         return self._core.observer.blocks
+
+    @property
+    def difficulty(self) -> float:
+        """How hard the episodes are that begin from now on, 0 to 1."""
+        return self._core.task.difficulty
+
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make the episodes that begin from now on easier or harder, for curricula.
+
+        Parameters
+        ----------
+        difficulty : float or str
+            In [0, 1], or "easy", "medium", "hard".
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is neither.
+        """
+        self._core.set_difficulty(difficulty)
 
     @property
     def control(self) -> str:
@@ -146,9 +183,10 @@ def check_options(
     if goal is None:
         raise ValueError("options['goal'] needs a task with a goal")
     given = np.asarray(options["goal"], dtype=np.float64)
-    if given.shape not in ((goal.size,), (rows, goal.size)) or not np.isfinite(given).all():
+    size = len(goal.labels[goal.shown])
+    if given.shape not in ((size,), (rows, size)) or not np.isfinite(given).all():
         raise ValueError(
-            f"options['goal'] must be finite with the shape ({goal.size},) or "
-            f"({rows}, {goal.size}), got {options['goal']!r}"
+            f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
+            f"{options['goal']!r}"
         )
-    return np.broadcast_to(given, (rows, goal.size))
+    return np.broadcast_to(given, (rows, size))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,12 @@ from clarke_gym.numerics.batch import Batch
 from clarke_gym.physics.base import RobotState
 from clarke_gym.representations import Representation
 from clarke_gym.representations.codecs import Encoder
-from clarke_gym.robots.joint_vector import Splitter
+from clarke_gym.robots.joint_vector import JointVector, Splitter
 from clarke_gym.robots.robot import Robot
 from clarke_gym.sensors import JointSensor, Sensor, TaskSensor
+
+Sensed: TypeAlias = Callable[[str, FloatArray | float, FloatArray], FloatArray]
+"""Name, scale and true values (B, k) of a sensor -> what it tells."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,8 @@ class Observer:
     representation : Representation
         Of joint-space blocks.
     batch : Batch
+    sensed : callable, optional
+        Turns name, scale and true values (B, k) of a sensor into what it tells.
     """
 
     def __init__(
@@ -115,7 +121,9 @@ class Observer:
         robot: Robot,
         representation: Representation,
         batch: Batch,
+        sensed: Sensed | None = None,
     ) -> None:
+        self._sensed = sensed
         self.representation = representation
         self._batch, self._splitter = batch, Splitter(robot, batch)
         self._joint = [sensor for sensor in sensors if isinstance(sensor, JointSensor)]
@@ -129,7 +137,7 @@ class Observer:
                 robot,
                 [sensor.scale for sensor in self._joint],
                 [sensor.bound for sensor in self._joint],
-                any(sensor.passes for sensor in self._joint),
+                sensed is not None or any(sensor.passes for sensor in self._joint),
             )
             labels = representation.labels
             for sensor in self._joint:
@@ -156,8 +164,20 @@ class Observer:
         """Return observations as a new array, shape (B, width)."""
         rows = np.empty((self._batch.size, self.width), np.float32)
         if self._encoder is not None:
-            vectors = [sensor.vector(state, self._splitter) for sensor in self._joint]
+            vectors = [self._vector(sensor, state) for sensor in self._joint]
             self._encoder.write(vectors, rows[:, : self._start])
         for sensor, place in self._places:
-            rows[:, place] = sensor.observed(state, goal)
+            if self._sensed is None or not sensor.measured:
+                rows[:, place] = sensor.observed(state, goal)
+            else:
+                scale = sensor.scale
+                told = self._sensed(sensor.name, scale, sensor.read(state, goal)) / scale
+                rows[:, place] = np.clip(told, -sensor.bound, sensor.bound)
         return rows
+
+    def _vector(self, sensor: JointSensor, state: RobotState) -> JointVector:
+        """Return what a sensor in joint space tells, split by the projector."""
+        if self._sensed is None:
+            return sensor.vector(state, self._splitter)
+        scale = self.blocks[sensor.name].scale
+        return self._splitter.rows(self._sensed(sensor.name, scale, sensor.read(state)))

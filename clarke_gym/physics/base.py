@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
@@ -13,13 +13,32 @@ from clarke_gym.numerics.arrays import FloatArray, Number, from_components
 from clarke_gym.numerics.batch import Batch
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
-from clarke_gym.robots.scene import Scene
+from clarke_gym.robots.scene import Surroundings
 
 DISK_RIM_M = 1e-3
 """How far a disk reaches beyond its outermost tendon hole [m]."""
 
 CLEARANCE_POINTS = 12
 """Points a segment at which the clearance of a backbone is looked at."""
+
+
+def hull_radius(robot: Robot) -> float:
+    """Return how far a robot reaches from its backbone: to the rims of its largest disks [m].
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> hull_radius(Robot())
+    0.011
+    """
+    return DISK_RIM_M + max(float(segment.radii.max()) for segment in robot.segments)
 
 
 class Physics(Protocol):
@@ -32,7 +51,7 @@ class Physics(Protocol):
 
     robot: Robot
     batch: Batch
-    scene: Scene
+    surroundings: Surroundings
     displacement_bound: float
     """Largest achieved displacement over the largest commanded one."""
 
@@ -54,6 +73,19 @@ class Physics(Protocol):
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements."""
 
+    def place(self, rows: NDArray[np.intp], bodies: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to ends and radii (rows, K, 7) [m]."""
+
+    def pull(self, force: FloatArray) -> None:
+        """Let forces (B, 3) [N] in the base frame act on the tips from now on."""
+
+    def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Give the robots `rows` physical numbers of their own, by name.
+
+        "payload_kg" (R,), "stiffness" and "damping" of the backbone over the nominal (R,), and
+        "base_tilt_rad", rotation vectors of the base (R, 3).
+        """
+
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
 
@@ -62,6 +94,11 @@ class Physics(Protocol):
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
+
+
+def _no_goal(steps: int) -> FloatArray:
+    """Refuse to look ahead: a state of a physics by itself knows no goals."""
+    raise ValueError(f"no environment tells this state where goals are in {steps} steps")
 
 
 class RobotState:
@@ -94,6 +131,8 @@ class RobotState:
         self._physics, self._tip, self._quaternion = physics, tip, quaternion
         self.displacement_vector = self.command_vector = displacement
         self.diverged = diverged
+        self.goal_after: Callable[[int], FloatArray] = _no_goal
+        """Goals (B, size) in SI units in some control periods, where an environment tells them."""
         self._known: dict[str, Any] = {}
 
     def once(self, name: str, compute: Callable[[RobotState], Any]) -> Any:
@@ -141,8 +180,16 @@ class RobotState:
     @property
     def clearance(self) -> FloatArray:
         """Smallest gap between the robot and the bodies of its scene [m], shape (B,)."""
-        radius = DISK_RIM_M + max(float(segment.radii.max()) for segment in self.robot.segments)
-        return self._physics.scene.clearance(self.backbone(CLEARANCE_POINTS), radius)
+        return self.once("clearance", RobotState._clearance)
+
+    def _clearance(self) -> FloatArray:
+        radius = hull_radius(self.robot)
+        return self._physics.surroundings.clearance(self.backbone(CLEARANCE_POINTS), radius)
+
+    @property
+    def bodies(self) -> FloatArray:
+        """Ends of axes and radii of the bodies around each robot [m], shape (B, K, 7)."""
+        return self._physics.surroundings.numbers
 
     @property
     def tension(self) -> FloatArray:
@@ -151,8 +198,13 @@ class RobotState:
 
     @property
     def velocity(self) -> FloatArray:
-        """Rate of every tendon's displacement [m/s], shape (B, N); "mujoco" alone has it."""
+        """Rate of every tendon's displacement [m/s], shape (B, N)."""
         return self._offered("velocity")
+
+    @property
+    def tip_velocity(self) -> FloatArray:
+        """Velocity of the tip [m/s], shape (B, 3)."""
+        return self._offered("tip_velocity")
 
     @property
     def contact_force(self) -> FloatArray:

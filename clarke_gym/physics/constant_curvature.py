@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
+from clarke_gym.kinematics.jacobians import tip_jacobian
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, as_batch
+from clarke_gym.numerics.linear_map import map_rows
 from clarke_gym.physics.base import RobotState
 from clarke_gym.physics.drives import Drives
 from clarke_gym.robots import Robot
 from clarke_gym.robots.joint_vector import JointVector
-from clarke_gym.robots.scene import EMPTY, Scene
+from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
 
 
 class ConstantCurvature:
@@ -44,18 +47,21 @@ class ConstantCurvature:
     """
 
     KEYWORDS: ClassVar[tuple[str, ...]] = ()
-    OFFERS: ClassVar[tuple[str, ...]] = ()
+    OFFERS: ClassVar[tuple[str, ...]] = ("velocity", "tip_velocity")
 
     displacement_bound = 1.0
 
     def __init__(
         self, robot: Robot, batch: Batch | int, control_dt: float, scene: Scene = EMPTY
     ) -> None:
-        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
+        self.robot, self.batch = robot, as_batch(batch)
+        self.surroundings = Surroundings(scene, self.batch.size)
         self._drives = Drives(robot, control_dt)
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()
+        self._control_dt = control_dt
         self._displacement = JointVector(self.batch.zeros(2 * robot.n_segments))
+        self._before = self._displacement
         self._never = np.zeros(self.batch.size, dtype=bool)
         self._state: RobotState | None = None
 
@@ -78,12 +84,48 @@ class ConstantCurvature:
         """Put the robots `rows` at rest at the Clarke coordinates `clarke` (rows, S, 2)."""
         del rest
         self._displacement = self._displacement.with_rows(self.batch, rows, clarke)
+        self._before = self._before.with_rows(self.batch, rows, clarke)
         self._state = None
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements."""
+        self._before = self._displacement
         self._displacement = self._drives.approach(self._displacement, command)
         self._state = None
+
+    def place(self, rows: NDArray[np.intp], bodies: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to ends and radii (rows, K, 7) [m]."""
+        self.surroundings.place(rows, bodies)
+        self._state = None
+
+    def pull(self, force: FloatArray) -> None:
+        """Refuse forces: nothing bends a shape here but its tendons."""
+        del force
+        raise ValueError("constant curvature feels no forces; physics='mujoco' does")
+
+    def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Refuse physical numbers: an arc has none."""
+        del rows
+        raise ValueError(f"constant curvature has no {list(numbers)}; physics='mujoco' does")
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Mean rate of every tendon's displacement over the last control period [m/s], (B, N)."""
+        return map_rows(self._rates().reshape(self.batch.size, -1), self.robot.decoder.T)
+
+    @property
+    def tip_velocity(self) -> FloatArray:
+        """Velocity of the tip at those rates [m/s], shape (B, 3)."""
+        radii = self.robot.pitch_radii
+        bending = kinematics.clarke_to_bending(self._displacement.clarke, radii)
+        rates = kinematics.clarke_to_bending(self._rates(), radii).reshape(self.batch.size, -1)
+        velocity: FloatArray = np.matvec(tip_jacobian(bending, self.robot.lengths)[:, :3], rates)
+        return velocity
+
+    def _rates(self) -> FloatArray:
+        """Return the mean rates of the Clarke coordinates [m/s], shape (B, S, 2)."""
+        rates: FloatArray = (self._displacement.clarke - self._before.clarke) / self._control_dt
+        return rates
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
@@ -93,9 +135,10 @@ class ConstantCurvature:
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy of everything that the next step depends on."""
-        return self._displacement.get_state()
+        return {"now": self._displacement.get_state(), "before": self._before.get_state()}
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`, bit for bit."""
-        self._displacement = JointVector.from_state(self.batch, state)
+        self._displacement = JointVector.from_state(self.batch, state["now"])
+        self._before = JointVector.from_state(self.batch, state["before"])
         self._state = None

@@ -7,6 +7,7 @@ needs no window: EGL or OSMesa draw off-screen.
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.rendering.room import make_context, make_model, room
+from clarke_gym.rendering.room import camera_distance, make_context, make_model, room
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene
 
@@ -28,19 +29,48 @@ DISK = (0.72, 0.75, 0.80, 1.0)
 BODY = (0.55, 0.60, 0.45, 1.0)
 GOAL = (0.90, 0.35, 0.05, 1.0)
 REACHED = (0.10, 0.65, 0.30, 1.0)
-SLACK = np.array([0.20, 0.45, 0.85, 1.0])
+SHADOW = (0.45, 0.48, 0.52, 1.0)
+SLACK = np.array([0.16, 0.42, 0.88, 1.0])
+AT_REST = np.array([0.62, 0.63, 0.66, 1.0])
 TAUT = np.array([0.85, 0.10, 0.15, 1.0])
+UP = np.array([0.0, 0.0, 1.0])
 
+_ARROW = mujoco.mjtGeom.mjGEOM_ARROW
 _CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
 _CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
 _SPHERE = mujoco.mjtGeom.mjGEOM_SPHERE
 
 
 def _most_shapes(robot: Robot) -> int:
-    """Return how many shapes a picture can need: disks, backbone, every tendon from the base on."""
+    """Return how many shapes a picture can need: disks, backbone, shadow, tendons from the base."""
     points = max(segment.n_disks for segment in robot.segments)
     tendons = sum(n * (s + 1) for s, n in enumerate(robot.n_tendons))
-    return 100 + points * (2 * robot.n_segments + tendons)
+    return 200 + points * (3 * robot.n_segments + tendons)
+
+
+def load_colour(load: float) -> FloatArray:
+    """Return the colour of a tendon: blue is slack, grey rests, red is pulled hard.
+
+    Parameters
+    ----------
+    load : float
+        0 for none, 1/2 at rest, 1 and above for the most.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        Red, green, blue and opacity.
+
+    Examples
+    --------
+    >>> load_colour(0.5), load_colour(0.0)
+    (array([0.62, 0.63, 0.66, 1.  ]), array([0.16, 0.42, 0.88, 1.  ]))
+    """
+    pull = 2.0 * min(max(load, 0.0), 1.0) - 1.0
+    # The root lets small differences show: tensions of a bent arm differ by a fifth.
+    share = math.sqrt(abs(pull))
+    colour: FloatArray = AT_REST + share * ((TAUT if pull > 0.0 else SLACK) - AT_REST)
+    return colour
 
 
 def transported_frames(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -96,7 +126,7 @@ class Picture:
     def __init__(
         self, robot: Robot, width: int = 480, height: int = 480, scene: Scene = EMPTY
     ) -> None:
-        self._robot, self._bodies = robot, scene.bodies
+        self._robot, self._bodies = robot, scene.numbers
         # A context belongs to a thread; in the caller's, that of a window may be current.
         self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
         self._open, self._process = True, os.getpid()
@@ -119,8 +149,8 @@ class Picture:
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._camera = mujoco.MjvCamera()
         self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + self._floor)
-        self._camera.distance, self._camera.azimuth = 3.0 * reach, 130.0
-        self._camera.elevation = -14.0
+        self._camera.distance = camera_distance(length - self._floor, reach, width / height)
+        self._camera.azimuth, self._camera.elevation = 130.0, -14.0
 
     def draw(
         self,
@@ -129,6 +159,7 @@ class Picture:
         load: FloatArray,
         goal: Sequence[float] | FloatArray | None = None,
         success: bool = False,
+        bodies: FloatArray | None = None,
     ) -> tuple[Image, NDArray[np.float32]]:
         """Return the picture and its depth.
 
@@ -139,11 +170,13 @@ class Picture:
         points : int
             Points a segment; a disk is drawn at each.
         load : ndarray, shape (N,)
-            Load of each tendon, 0 (blue, slack) to 1 (red).
-        goal : sequence of 3, optional
-            Goal position [m].
+            Load of each tendon: 0 (blue, slack), 1/2 (grey, at rest) to 1 (red).
+        goal : array_like, shape (3,), (6,) or (K, 3), optional
+            Goal position [m], with a direction after it, or some positions.
         success : bool
             Draw the goal in green.
+        bodies : ndarray, shape (K, 7), optional
+            Ends of the axes and radii of the bodies [m], where they are not as in the scene.
 
         Returns
         -------
@@ -160,7 +193,8 @@ class Picture:
             raise RuntimeError(
                 "pictures do not survive a fork; make the environment in the process that draws"
             )
-        return self._thread.submit(self._draw, backbone, points, load, goal, success).result()
+        arguments = backbone, points, load, goal, success, bodies
+        return self._thread.submit(self._draw, *arguments).result()
 
     def _draw(
         self,
@@ -169,6 +203,7 @@ class Picture:
         load: FloatArray,
         goal: Sequence[float] | FloatArray | None,
         success: bool,
+        bodies: FloatArray | None,
     ) -> tuple[Image, NDArray[np.float32]]:
         self._context.make_current()
         mujoco.mjv_updateScene(
@@ -180,15 +215,15 @@ class Picture:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
-        self._draw_robot(backbone, points, np.clip(load, 0.0, 1.0))
-        for body in self._bodies:
-            start, end = np.array(body.start_m), np.array(body.end_m)
+        self._draw_robot(backbone, points, load)
+        for *axis, radius in self._bodies if bodies is None else bodies:
+            start, end = np.array(axis[:3]), np.array(axis[3:])
             if (start == end).all():
-                self._sphere(start, body.radius_m, BODY)
+                self._sphere(start, radius, BODY)
             else:
-                self._link(_CAPSULE, body.radius_m, start, end, BODY)
+                self._link(_CAPSULE, radius, start, end, BODY)
         if goal is not None:
-            self._sphere(goal, 0.03 * self._robot.length_m, REACHED if success else GOAL)
+            self._draw_goal(np.asarray(goal, np.float64), REACHED if success else GOAL)
         mujoco.mjr_render(self._rect, self._scene, self._render)
         rgb = np.empty((self._rect.height, self._rect.width, 3), np.uint8)
         depth = np.empty((self._rect.height, self._rect.width), np.float32)
@@ -211,15 +246,35 @@ class Picture:
         near, far = (extent * v for v in (self._model.vis.map.znear, self._model.vis.map.zfar))
         return np.asarray(near / (1.0 - buffer * (1.0 - near / far)), np.float32)
 
+    def _draw_goal(self, goal: FloatArray, colour: Any) -> None:
+        """Draw positions with lines down to the floor, so that one sees how far away they are."""
+        length = self._robot.length_m
+        if goal.shape == (6,):
+            self._link(
+                _ARROW, 0.012 * length, goal[:3], goal[:3] + 0.18 * length * goal[3:], colour
+            )
+            goal = goal[:3]
+        for place in np.atleast_2d(goal):
+            self._sphere(place, 0.025 * length, colour)
+            below = np.array([*place[:2], self._floor])
+            self._link(_CAPSULE, 0.002 * length, place, below, colour)
+            above = below + 0.002 * length * UP
+            self._link(_CYLINDER, 0.025 * length, below, above, SHADOW)
+
     def _draw_robot(self, curve: FloatArray, points: int, load: FloatArray) -> None:
         x, y = transported_frames(curve)
         normal = np.cross(x, y)
         base = np.array([0.0, 0.0, self._floor])
         radius = 1.6 * float(self._robot.pitch_radii.max())
         self._link(_CYLINDER, radius, base, np.zeros(3), DISK)
+        shadow = curve.copy()
+        shadow[:, 2] = self._floor
+        for a, b in itertools.pairwise(shadow):
+            self._link(_CAPSULE, 0.004 * self._robot.length_m, a, b, SHADOW)
         tendon = 0
         for s, segment in enumerate(self._robot.segments):
             thickness = 0.16 * segment.length_m / points
+            cable = min(0.0035 * self._robot.length_m, 0.07 * segment.pitch_radius_m)
             width = max(0.5 * segment.backbone_diameter_m, 0.004 * self._robot.length_m)
             rim = 1.12 * float(segment.radii.max())
             for k in range(s * points, (s + 1) * points):
@@ -232,9 +287,9 @@ class Picture:
                 path = curve[:stop] + distance * (
                     np.cos(angle) * x[:stop] + np.sin(angle) * y[:stop]
                 )
-                colour = SLACK + load[tendon] * (TAUT - SLACK)
+                colour = load_colour(float(load[tendon]))
                 for a, b in itertools.pairwise(path):
-                    self._link(_CAPSULE, 0.0035 * self._robot.length_m, a, b, colour)
+                    self._link(_CAPSULE, cable, a, b, colour)
                 tendon += 1
 
     def _next(self) -> Any:

@@ -63,16 +63,47 @@ def room(robot: Robot) -> tuple[float, float]:
     return -max(0.1, hanging + 0.05) * robot.length_m, reach * robot.length_m
 
 
+FIELD_OF_VIEW_DEG = 45.0
+"""Vertical angle that the camera sees."""
+
+
+def camera_distance(height: float, reach: float, aspect: float) -> float:
+    """Return from how far away an arm fills the picture, however it bends [m].
+
+    Parameters
+    ----------
+    height : float
+        From the floor to the tip of the straight arm [m].
+    reach : float
+        How far tips get from the base's axis [m].
+    aspect : float
+        Width of the picture over its height.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> round(camera_distance(1.0, 0.5, 1.0), 2), round(camera_distance(1.0, 0.5, 0.5), 2)
+    (1.45, 2.9)
+    """
+    half = max(0.5 * height, reach / aspect)
+    return 1.2 * half / math.tan(math.radians(0.5 * FIELD_OF_VIEW_DEG))
+
+
 def make_model(width: int, height: int, length: float, floor: float) -> mujoco.MjModel:
     """Return the empty room: floor, light and the quality settings that keep frames cheap."""
     spec = mujoco.MjSpec()
     spec.stat.extent = 2.0 * length
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     spec.visual.quality.offsamples = 4 if width * height > 200 * 200 else 0
-    spec.visual.quality.numslices, spec.visual.quality.numstacks = 12, 4
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = 16, 8
     spec.visual.quality.numquads = 1
-    spec.visual.headlight.ambient = [0.55, 0.55, 0.55]
-    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
+    spec.visual.global_.fovy = FIELD_OF_VIEW_DEG
+    spec.visual.headlight.ambient = [0.5, 0.5, 0.5]
+    spec.visual.headlight.diffuse = [0.45, 0.45, 0.45]
+    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -82,10 +113,26 @@ def make_model(width: int, height: int, length: float, floor: float) -> mujoco.M
         width=64,
         height=384,
     )
+    square = 0.05 * 2 ** max(0, math.ceil(math.log2(length / 0.6)))
+    spec.add_texture(
+        name="squares",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.95, 0.96, 0.97],
+        rgb2=[0.88, 0.90, 0.92],
+        width=256,
+        height=256,
+    )
+    floors = spec.add_material(
+        name="squares", texuniform=True, texrepeat=[0.5 / square] * 2, emission=0.45, specular=0.0
+    )
+    textures = floors.textures
+    textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
+    floors.textures = textures
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.8 * length, 0.8 * length, 0.01],
+        size=[1.2 * length, 1.2 * length, 0.01],
         pos=[0.0, 0.0, floor],
-        rgba=[0.93, 0.94, 0.95, 1.0],
+        material="squares",
     )
     return spec.compile()

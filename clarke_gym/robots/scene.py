@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_positive, check_vector
@@ -29,9 +31,8 @@ class Capsule:
 
     Examples
     --------
-    >>> bar = Capsule((0.1, -1.0, 0.1), (0.1, 1.0, 0.1), 0.01)
-    >>> bar.distance(np.array([[0.0, 0.0, 0.1]])).round(9)
-    array([0.09])
+    >>> Capsule((0.1, -1.0, 0.1), (0.1, 1.0, 0.1), 0.01).is_sphere
+    False
     """
 
     start_m: Sequence[float]
@@ -44,14 +45,10 @@ class Capsule:
             object.__setattr__(self, name, tuple(numbers.tolist()))
         check_positive("radius_m", self.radius_m)
 
-    def distance(self, points: FloatArray) -> FloatArray:
-        """Return how far points (..., 3) are from its surface [m], negative inside."""
-        start, end = np.array(self.start_m), np.array(self.end_m)
-        axis, reach = end - start, points - start
-        square = axis @ axis
-        along = np.clip(reach @ axis / square, 0.0, 1.0) if square else 0.0 * reach[..., 0]
-        distance: FloatArray = np.linalg.norm(reach - along[..., None] * axis, axis=-1)
-        return distance - self.radius_m
+    @property
+    def is_sphere(self) -> bool:
+        """Whether both ends of the axis are the same point."""
+        return self.start_m == self.end_m
 
 
 @dataclass(frozen=True)
@@ -64,22 +61,101 @@ class Scene:
     Parameters
     ----------
     bodies : tuple of Capsule
+    placed : bool
+        Whether every episode puts the bodies somewhere else (`Task.places`). A sphere stays a
+        sphere, and a rod as long as it is.
+    resized : bool
+        Whether it gives them other radii, too.
+
+    Examples
+    --------
+    >>> Scene((Capsule((0.0, 0.0, 0.5), (0.0, 0.0, 0.5), 0.1),)).numbers
+    array([[0. , 0. , 0.5, 0. , 0. , 0.5, 0.1]])
+    """
+
+    bodies: tuple[Capsule, ...] = field(default=())
+    placed: bool = False
+    resized: bool = False
+
+    @cached_property
+    def numbers(self) -> FloatArray:
+        """Ends of each axis and radius [m], shape (K, 7)."""
+        rows = [[*body.start_m, *body.end_m, body.radius_m] for body in self.bodies]
+        return np.array(rows, np.float64).reshape(-1, 7)
+
+
+EMPTY = Scene()
+"""No bodies: contact stays off."""
+
+
+def axis_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
+    """Return how far points are from the surfaces of capsules, negative inside.
+
+    Parameters
+    ----------
+    points : ndarray, shape (..., P, 3)
+        [m].
+    numbers : ndarray, shape (..., K, 7)
+        Ends of each axis and radius [m].
+
+    Returns
+    -------
+    ndarray, shape (..., K, P)
+        [m].
+
+    Examples
+    --------
+    >>> bar = Scene((Capsule((0.1, -1.0, 0.1), (0.1, 1.0, 0.1), 0.01),)).numbers
+    >>> axis_distance(np.array([[0.0, 0.0, 0.1]]), bar).round(9)
+    array([[0.09]])
+    """
+    start = numbers[..., :3]
+    axis = numbers[..., 3:6] - start
+    square = np.vecdot(axis, axis)
+    # Projections by one matrix product; a sphere's axis of length 0 leaves all of them at 0.
+    reach = points[..., None, :, :] - start[..., :, None, :]
+    along = np.matvec(reach, axis) / np.where(square > 0.0, square, 1.0)[..., None]
+    along = np.minimum(np.maximum(along, 0.0), 1.0)
+    reach -= along[..., None] * axis[..., None, :]
+    distance: FloatArray = np.sqrt(np.vecdot(reach, reach)) - numbers[..., 6, None]
+    return distance
+
+
+class Surroundings:
+    """The bodies of a scene around each of B robots.
+
+    Parameters
+    ----------
+    scene : Scene
+    num_envs : int
 
     Examples
     --------
     >>> scene = Scene((Capsule((0.0, 0.0, 0.5), (0.0, 0.0, 0.5), 0.1),))
-    >>> scene.clearance(np.zeros((1, 2, 3)), 0.01).round(9)
+    >>> Surroundings(scene, 1).clearance(np.zeros((1, 2, 3)), 0.01).round(9)
     array([0.39])
     """
 
-    bodies: tuple[Capsule, ...] = field(default=())
+    def __init__(self, scene: Scene, num_envs: int) -> None:
+        self.scene, self._num_envs = scene, num_envs
+        count = num_envs if scene.placed else 1
+        self._numbers = np.tile(scene.numbers, (count, 1, 1))
+
+    @property
+    def numbers(self) -> FloatArray:
+        """Ends of each axis and radius [m], shape (B, K, 7), to read."""
+        return np.broadcast_to(self._numbers, (self._num_envs, *self._numbers.shape[1:]))
+
+    def place(self, rows: NDArray[np.intp], numbers: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to `numbers`, shape (R, K, 7)."""
+        self._numbers[rows] = numbers
 
     def clearance(self, backbone: FloatArray, radius: float) -> FloatArray:
-        """Return the smallest gap between a robot and the bodies.
+        """Return the smallest gap between each robot and its bodies.
 
         Parameters
         ----------
-        backbone : ndarray, shape (B, K, 3)
+        backbone : ndarray, shape (B, P, 3)
             Points along the backbones [m].
         radius : float
             How far the robot reaches from its backbone [m].
@@ -89,10 +165,7 @@ class Scene:
         ndarray, shape (B,)
             [m], negative where they overlap; infinite without bodies.
         """
-        gaps = [body.distance(backbone).min(axis=1) for body in self.bodies]
-        smallest: FloatArray = np.min([np.full(len(backbone), np.inf), *gaps], axis=0)
-        return smallest - radius
-
-
-EMPTY = Scene()
-"""No bodies: contact stays off."""
+        if not self.scene.bodies:
+            return np.full(self._num_envs, np.inf)
+        gaps: FloatArray = axis_distance(backbone, self._numbers).min(axis=(1, 2))
+        return gaps - radius

@@ -3,6 +3,7 @@
 from clarke_gym.sensors import joint_space, task_space
 from clarke_gym.sensors.base import (
     LADDER,
+    ORACLE,
     SENSORS,
     JointSensor,
     Plant,
@@ -13,6 +14,7 @@ from clarke_gym.sensors.base import (
 
 __all__ = [
     "LADDER",
+    "ORACLE",
     "SENSORS",
     "JointSensor",
     "Plant",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -28,11 +28,13 @@ class Plant:
     robot : Robot
     physics : Physics
     task : Task
+    disturbances : sequence of Disturbance
     """
 
     robot: Robot
     physics: Physics
     task: Task
+    disturbances: Sequence[Any] = ()
 
     @property
     def margin(self) -> float:
@@ -53,8 +55,16 @@ class Sensor:
     needs: ClassVar[tuple[str, ...]] = ()
     """Nouns of `RobotState` that not every physics has, e.g. "tension"."""
 
+    measured: ClassVar[bool] = True
+    """Whether noise and its like act on it; what a task tells is not measured."""
+
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
+
+    @classmethod
+    def fits(cls, plant: Plant) -> bool:
+        """Return whether a plant has what this sensor tells, for "oracle": all that there is."""
+        return all(noun in plant.physics.OFFERS for noun in cls.needs)
 
 
 class JointSensor(Sensor, ABC):
@@ -119,7 +129,14 @@ class TaskSensor(Sensor, ABC):
 SENSORS: Registry[Any] = Registry("sensor")
 """Sensors by name."""
 
-LADDER = {"tendons": ("displacement",), "tip": ("tip_position", "tip_tangent")}
+ORACLE = "oracle"
+"""Name for all sensors that there are, and what disturbances hide."""
+
+LADDER = {
+    "tendons": ("displacement", "velocity"),
+    "tip": ("tip_position", "tip_tangent", "tip_velocity"),
+    "contact": ("clearance", "contact_force"),
+}
 """Names for several sensors together."""
 
 

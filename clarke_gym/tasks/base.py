@@ -12,10 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.checks import check_choice
 from clarke_gym.numerics.registry import Registry
 from clarke_gym.physics.base import RobotState
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene
+
+OVER = ("now", "mean", "rms", "least", "most", "fall")
+"""What a metric can tell of an episode."""
+
+RUNGS = {"easy": 0.0, "medium": 0.5, "hard": 1.0}
+"""Names for difficulties."""
 
 BoolArray = NDArray[np.bool_]
 Float32Array = NDArray[np.float32]
@@ -35,12 +42,19 @@ class Metric:
         Of the number, e.g. "m", "%", or "" for none.
     worst : float
         What an episode that failed counts as.
+    over : {"now", "mean", "rms", "least", "most", "fall"}
+        Whether `info` holds the number of the step, or what it was over the episode so far: its
+        mean, its root mean square, its smallest or its largest value, or how far it is below that.
     """
 
     name: str
     label: str
     unit: str
     worst: float
+    over: str = "now"
+
+    def __post_init__(self) -> None:
+        check_choice("over", self.over, OVER)
 
 
 @dataclass(frozen=True)
@@ -57,6 +71,9 @@ class Goal:
         What they are divided by where policies see them: all, or each.
     bound : float
         Largest magnitude of a number that policies see.
+    costs : int
+        How many of the last numbers are to become zero, whatever the episode (depth in a body,
+        effort): a part of achieved and desired goals that sensors leave out.
 
     Examples
     --------
@@ -69,6 +86,12 @@ class Goal:
     unit: str
     scale: float | tuple[float, ...]
     bound: float = 1.0
+    costs: int = 0
+
+    @cached_property
+    def shown(self) -> slice:
+        """The numbers that sensors see: all but the costs."""
+        return slice(0, self.size - self.costs)
 
     @cached_property
     def size(self) -> int:
@@ -83,7 +106,7 @@ class Goal:
     @property
     def is_position(self) -> bool:
         """Whether a controller that steers the tip to a point can reach it."""
-        return self.size == 3 and self.unit == "m"
+        return self.labels[self.shown] == ("x", "y", "z")
 
     def observed(self, goal: FloatArray) -> Float32Array:
         """Return goals in SI units (B, size) as policies see them."""
@@ -143,6 +166,10 @@ class Task(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Nouns of `RobotState` that not every physics has, e.g. "contact_force"."""
     max_episode_steps: ClassVar[int] = 50
+    prepared: ClassVar[int] = 16
+    """Episodes that an environment draws at once, so that they are prepared in one go."""
+    previews: ClassVar[int] = 0
+    """Control periods that the sensor "preview" sees a moving goal ahead."""
 
     numbers: int = 0
     """Uniform random numbers that an episode is drawn from."""
@@ -151,8 +178,35 @@ class Task(ABC):
     metrics: tuple[Metric, ...] = ()
     """What tells how well an episode went; the first one leads in reports."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, difficulty: float | str = 0.5) -> None:
         self.robot = robot
+        self.set_difficulty(difficulty)
+
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make the episodes that begin from now on easier or harder.
+
+        Parameters
+        ----------
+        difficulty : float or str
+            In [0, 1], or a name of `RUNGS`.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is neither.
+        """
+        value = RUNGS.get(difficulty) if isinstance(difficulty, str) else difficulty
+        if isinstance(value, bool) or not isinstance(value, int | float | None):
+            raise TypeError(f"difficulty must be a number or a name, got {difficulty!r}")
+        if value is None or not 0.0 <= value <= 1.0:
+            raise ValueError(
+                f"difficulty must be from 0 to 1 or one of {list(RUNGS)}, got {difficulty!r}"
+            )
+        self.difficulty = float(value)
+        self.settle()
+
+    def settle(self) -> None:  # noqa: B027 (most tasks have nothing to derive)
+        """Derive what depends on the difficulty."""
 
     def draw(self, rng: np.random.Generator) -> FloatArray:
         """Return the numbers of one episode, shape (k,)."""
@@ -167,6 +221,22 @@ class Task(ABC):
         del time_s
         return parameters
 
+    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
+        """Return the parameters (R, p) of episodes with goals that somebody asks for (R, k)."""
+        if type(self).advance is not Task.advance:
+            raise ValueError(f"options['goal']: goals of {type(self).__name__} move by themselves")
+        del parameters
+        return goal
+
+    def places(self, parameters: FloatArray) -> FloatArray:
+        """Return where the bodies of a placed scene are: ends and radius [m], (R, K, 7)."""
+        raise NotImplementedError(f"{type(self).__name__} has a placed scene, but no places")
+
+    def force(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return forces on the tips in the base frame [N], (B, 3), held for a control period."""
+        del time_s
+        return np.zeros((len(parameters), 3))
+
     @abstractmethod
     def evaluate(self, state: RobotState, goal: FloatArray) -> Outcome:
         """Return reward, success, failure and metrics; `goal` is in SI units (B, size)."""
@@ -180,6 +250,13 @@ class GoalTask(Task):
     """
 
     goal: Goal
+
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return what the shapes (..., S, 2) [rad] of constant curvature achieve, (..., k).
+
+        In SI units, without costs. Goals are drawn with it and controllers plan with it.
+        """
+        raise NotImplementedError(f"{type(self).__name__} cannot tell what shapes achieve")
 
     @abstractmethod
     def achieved(self, state: RobotState) -> FloatArray:

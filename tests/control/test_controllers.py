@@ -119,7 +119,7 @@ def test_observations_are_read_in_si_units():
     observation, _ = env.reset(seed=4)
     now = ManifoldInterface(env).sense(observation)
     face = env.unwrapped
-    np.testing.assert_allclose(now.tip, face.physics.state.tip_position, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(now.achieved, face.physics.state.tip_position, rtol=0, atol=1e-7)
     np.testing.assert_allclose(now.goal, face.goal, rtol=0, atol=1e-7)
     np.testing.assert_allclose(
         now.displacement, face.physics.state.displacement_vector.clarke, rtol=0, atol=1e-8

@@ -87,14 +87,64 @@ def test_tendons_are_coloured_by_load():
 
 
 @pytest.mark.usefixtures("offscreen")
+def test_slack_and_tight_tendons_differ_on_mujoco():
+    env = gym.make(ID, physics="mujoco", n_tendons=4, random_start=False, render_mode="rgb_array")
+    env.reset(seed=0)
+    pictures = []
+    for action in ([0.0, 0.0, 0.0, 0.0], [1.0, -1.0, 1.0, -1.0]):
+        for _ in range(10):
+            env.step(np.array(action, np.float32))
+        pictures.append(env.render())
+    env.close()
+    rest, fighting = pictures  # two tendons against the other two: two tight, two slack
+    assert near(fighting, rendering.SLACK, 40) > near(rest, rendering.SLACK, 40) + 100
+    assert near(fighting, rendering.TAUT, 40) > near(rest, rendering.TAUT, 40) + 100
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_bodies_are_drawn_where_the_episode_put_them():
+    env = gym.make("clarke_gym/Nest-v0", render_mode="rgb_array", random_start=False)
+    pictures = []
+    for seed in (0, 1):
+        env.reset(seed=seed)
+        pictures.append(env.render())
+    env.close()
+    green = [near(picture, rendering.BODY, 25) for picture in pictures]
+    assert min(green) > 200
+    assert green[0] != green[1]
+
+
+@pytest.mark.usefixtures("offscreen")
+@pytest.mark.parametrize("size", [(200, 200), (300, 150), (150, 300)])
+@pytest.mark.parametrize("segments", [1, 2, 3, 5])
+def test_the_arm_fills_the_picture_and_stays_inside(segments, size):
+    robot = make_robot(n_segments=segments)
+    picture = rendering.Picture(robot, *size)
+    straight = np.zeros((10 * segments + 1, 3))
+    straight[:, 2] = np.linspace(0.0, robot.length_m, len(straight))
+    there, _ = picture.draw(straight, 10, np.ones(robot.n_joints))
+    gone, _ = picture.draw(1e-3 * straight, 10, np.ones(robot.n_joints))
+    picture.close()
+    changed = np.abs(there.astype(int) - gone).max(axis=2) > 40
+    rows = np.flatnonzero(changed.any(axis=1))
+    assert rows.min() > 0.02 * size[1]
+    floor, _ = _scene.room(robot)
+    share = robot.length_m / (robot.length_m - floor)
+    square = min(1.0, size[0] / size[1])
+    assert np.ptp(rows) > 0.42 * share * square * size[1]
+
+
+@pytest.mark.usefixtures("offscreen")
 def test_depth_is_in_metres():
     env = gym.make(ID, random_start=False, render_mode="depth_array")
     env.reset(seed=0)
     depth = env.render()
     assert depth.shape == (480, 480)
     assert depth.dtype == np.float32
-    # The camera looks at 0.45 of the length from 1.9 lengths away: the robot is about there.
-    assert depth[240, 240] == pytest.approx(1.9 * 0.2, abs=0.03)
+    # The camera looks at the middle of the arm, which is about that far away.
+    floor, reach = _scene.room(make_robot())
+    away = _scene.camera_distance(0.2 - floor, reach, 1.0)
+    assert depth[240, 240] == pytest.approx(away, abs=0.03)
     env.close()
 
 

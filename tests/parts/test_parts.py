@@ -147,7 +147,7 @@ def test_bodies_stop_a_robot_in_mujoco_and_tell_by_clearance_in_constant_curvatu
 def test_where_nothing_touches_bodies_change_nothing():
     traces = []
     for bars in (0, 1):
-        env = make(physics="mujoco", bars=bars)
+        env = make(physics="mujoco", bars=bars, sim_dt_s=2.5e-3)
         env.reset(seed=0)
         for _ in range(20):
             env.step(np.array([-0.5, 0.3], np.float32))

@@ -52,6 +52,7 @@ class BatchEngine(Engine):
         self._batch = Batch(chain.model, num_envs, threads)
         self._process = os.getpid() if threads > 1 else None
         self._quiet = QuietEngine()
+        self._own: dict[str, FloatArray] = {}
         self.qpos, self.qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self.warm = self._batch.bind("qacc_warmstart")
         self._control = self._batch.bind("ctrl")
@@ -59,6 +60,8 @@ class BatchEngine(Engine):
         self._sites = self._batch.bind("site_xpos")
         self._quaternions = self._batch.bind("xquat")
         self._lengths = self._batch.bind("ten_length")
+        self._sensors = self._batch.bind("sensordata")
+        self.told = np.zeros_like(self._sensors)
         self._name_history(self._batch.bind("history"))
         self._stale = np.ones(num_envs, dtype=bool)  # where positions are not those of now
 
@@ -73,6 +76,16 @@ class BatchEngine(Engine):
         super().place(rows, qpos, qvel, warm)
         self._stale[rows] = True
 
+    def data(self, field: str) -> FloatArray:
+        """Return an input of the simulations; see `Engine.data`."""
+        return self._batch.bind(field)
+
+    def model_field(self, field: str) -> FloatArray:
+        """Return numbers of the models; see `Engine.model_field`."""
+        if field not in self._own:
+            self._own[field] = self._batch.expand(field)
+        return self._own[field]
+
     def run(self, rows: NDArray[np.intp] | None, start: Any, control: Any, steps: int) -> None:
         """Advance the simulations `rows`; see `Engine.run`."""
         if self._process is not None and self._process != os.getpid():
@@ -85,14 +98,17 @@ class BatchEngine(Engine):
         self._control[:] = control
         with self._quiet:
             self._batch.step(rows, nstep=steps, stage=self._stage)
-        self._stale[slice(None) if rows is None else rows] = self._stage == NOTHING
+        stepped = slice(None) if rows is None else rows
+        if "contact" in self.chain.sensors:  # a later stage by itself would overwrite forces
+            self.told[stepped] = self._sensors[stepped]
+        self._stale[stepped] = self._stage == NOTHING
 
     def tip_pose(self) -> tuple[list[Number], list[Number]]:
         """Return the components of the tips' positions [m] and orientations (w, x, y, z)."""
         if np.count_nonzero(self._stale):
             self._batch.forward(np.flatnonzero(self._stale), stage=POSITIONS)
             self._stale[:] = False
-        poses = self._sites[:, self._tip], self._quaternions[:, -1]
+        poses = self._sites[:, self._tip], self._quaternions[:, self._tip_body]
         return list(poses[0].T.copy()), list(poses[1].T.copy())
 
     def shortenings(self) -> list[Number]:

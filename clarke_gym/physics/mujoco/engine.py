@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.physics.mujoco.links import Chain
+from clarke_gym.physics.mujoco.scene import poses
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 
 NOTHING = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -44,10 +45,14 @@ class Engine(ABC):
     """Tendon lengths [m] at the start of each time step of the last control step, where the model
     records them, shape (B, ntendon, K)."""
 
+    told: FloatArray
+    """What the model's sensors told in the last time step, shape (B, numbers)."""
+
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.straight = chain.model.tendon_length0.copy()
         self._tip = chain.model.site("tip").id
+        self._tip_body = int(chain.model.site("tip").bodyid[0])
 
     def _name_history(self, history: FloatArray) -> None:
         """Name what the model's recorders write, (B, numbers).
@@ -81,6 +86,42 @@ class Engine(ABC):
             Where the solver of the next time step starts [rad/s^2]; 0 as in a new simulation.
         """
         self.qpos[rows], self.qvel[rows], self.warm[rows] = qpos, qvel, warm
+
+    @abstractmethod
+    def data(self, field: str) -> FloatArray:
+        """Return an input of the simulations by MuJoCo's name, (B, ...), to write to."""
+
+    @abstractmethod
+    def model_field(self, field: str) -> FloatArray:
+        """Return numbers of the models by MuJoCo's name, (B, ...), to write to.
+
+        Every simulation has its own from then on. What the compiler derived from the numbers
+        stays: reference points and the softness of contacts do not move a robot.
+        """
+
+    def put_bodies(self, rows: NDArray[np.intp], bodies: FloatArray, resized: bool) -> None:
+        """Put placed bodies of the scene somewhere.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+        bodies : ndarray, shape (R, K, 7)
+            Ends of each axis and radius [m].
+        resized : bool
+            Whether radii and lengths are other ones than the model's.
+        """
+        position, quaternion, half = poses(bodies)
+        self.data("mocap_pos")[rows], self.data("mocap_quat")[rows] = position, quaternion
+        if resized:
+            geoms = self.chain.scene_geoms
+            size, reach = self.model_field("geom_size"), self.model_field("geom_rbound")
+            for k, geom in enumerate(geoms):
+                size[rows, geom, 0], size[rows, geom, 1] = bodies[:, k, 6], half[:, k]
+                reach[rows, geom] = bodies[:, k, 6] + half[:, k]
+
+    def pull(self, force: FloatArray) -> None:
+        """Let forces (B, 3) [N] in the frame of the base act on the tips from now on."""
+        self.data("xfrc_applied")[:, self._tip_body, :3] = force
 
     def angle_norm(self) -> float:
         """Return the root of the sum of squares of all joint coordinates [rad]; nan if one is."""
@@ -135,12 +176,17 @@ class Engine(ABC):
 
     def contact_force(self) -> FloatArray:
         """Return the magnitude of the net force between robot and scene [N], shape (B,)."""
-        place = self.chain.contact
+        place = self.chain.sensors.get("contact")
         if place is None:
             return np.zeros(len(self.qpos))
-        force = self._fresh(NOTHING, "sensordata")[0][:, place]
+        force = self.told[:, place]
         size: FloatArray = np.linalg.norm(force, axis=1)
         return size
+
+    def tip_velocity(self) -> FloatArray:
+        """Return the velocities of the tips [m/s], shape (B, 3)."""
+        place = self.chain.sensors["tip_velocity"]
+        return self._fresh(VELOCITIES, "sensordata")[0][:, place].copy()
 
     @abstractmethod
     def _fresh(self, stage: int, *fields: str) -> list[FloatArray]:

@@ -55,11 +55,24 @@ class FoldedSteps:
         self._watch_slack = bool(springs.pulls_only.any())
         self._to_folded = LinearMap(to_clarke @ springs.fold)
         self._ramp = (np.arange(1, steps + 1) / steps)[:, None]
+        self._repeated = np.zeros(len(engine.qpos), dtype=bool)
         self._held: tuple[JointVector, Any] | None = None
 
     @cached_property
     def _whole(self) -> WholeSteps:
         return self._make_whole()
+
+    def contact_force(self) -> FloatArray:
+        """Return the net force between robot and scene in the last step [N], shape (B,)."""
+        force = self._engine.contact_force()
+        if np.count_nonzero(self._repeated):
+            whole = self._whole.engine.contact_force()
+            force = np.where(self._repeated, whole, force)
+        return force
+
+    def more_engines(self) -> list[Engine]:
+        """Return the simulations with all tendons, where they were needed already."""
+        return [self._whole.engine] if "_whole" in self.__dict__ else []
 
     def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
         """Advance the robots `rows` (None for all) by one control step.
@@ -70,6 +83,7 @@ class FoldedSteps:
         start, end : JointVector
             The drives before and after.
         """
+        self._repeated[:] = False
         first, last = self._lengths(start), self._springs.folded_lengths(end)
         self._held = end, last
         rates = slope(first, last, self._duration)
@@ -127,5 +141,6 @@ class FoldedSteps:
             whole, engine = self._whole.engine, self._engine
             whole.place(rows, *engine.kept(rows))
             self._whole.run(rows, *drives)
+            self._repeated[rows] = True
             # The two have the same joints, so that one goes on where the other stopped.
             engine.place(rows, whole.qpos[rows], whole.qvel[rows], whole.warm[rows])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -25,6 +26,8 @@ class Chain:
     Parameters
     ----------
     model : mujoco.MjModel
+    spec : mujoco.MjSpec
+        What it was compiled from.
     bending_sum : ndarray, shape (2S, nq)
         Maps joint coordinates to the bending summed from the base to each segment's end [rad].
     shape : ndarray, shape (nq, 2S)
@@ -35,17 +38,21 @@ class Chain:
         Whether two tendons stand for the n taut ones of a segment.
     recorders : int
         Sensors that keep the tendons' lengths of some time steps.
-    contact : slice or None
-        Where the sensor of the net force between robot and scene writes, where there is one.
+    sensors : mapping of str to slice
+        Where "tip_velocity" and, among bodies, "contact" write: three numbers each.
+    scene_geoms : tuple of int
+        Shapes of the bodies of the scene.
     """
 
     model: mujoco.MjModel
+    spec: mujoco.MjSpec
     bending_sum: FloatArray
     shape: FloatArray
     stations: FloatArray
     folded: bool
     recorders: int = 0
-    contact: slice | None = None
+    sensors: Mapping[str, slice] = field(default_factory=dict)
+    scene_geoms: tuple[int, ...] = ()
 
 
 class Backbone:
@@ -99,6 +106,12 @@ class Backbone:
         if routing == "chord":
             _add_holes(spec.body("base"), robot, 0, -1, 0.0)
         end.add_site(name="tip")
+        spec.add_sensor(
+            name="tip_velocity",
+            type=mujoco.mjtSensor.mjSENS_FRAMELINVEL,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname="tip",
+        )
 
     def _add_hinges(
         self,
@@ -143,12 +156,13 @@ class Backbone:
                 total[2 * k + column :: 2, index] = sign
                 shape[index, 2 * k + column] = sign * share
         recorders = int((model.sensor_type == int(mujoco.mjtSensor.mjSENS_TENDONPOS)).sum())
-        contact = None
-        if model.nsensor > recorders:
-            start = int(model.sensor("contact").adr[0])
-            contact = slice(start, start + 3)
+        places = {
+            model.sensor(k).name: slice(model.sensor_adr[k], model.sensor_adr[k] + 3)
+            for k in range(model.nsensor)
+        }
+        geoms = tuple(g for g in range(model.ngeom) if model.geom(g).name.startswith("scene"))
         stations = np.array(self._stations)
-        return Chain(model, total, shape, stations, folded, recorders, contact)
+        return Chain(model, self._spec, total, shape, stations, folded, recorders, places, geoms)
 
 
 def _element_count(segment: Segment, elements: int, routing: str) -> int:

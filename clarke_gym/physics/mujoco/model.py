@@ -170,6 +170,8 @@ def build_chain(
     disabled = [mujoco.mjtDisableBit.mjDSBL_AUTORESET]
     if not scene.bodies:
         disabled.append(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    if scene.resized:  # the tree of bounding boxes is that of the sizes at compilation
+        disabled.append(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
     spec.option.disableflags = sum(int(flag) for flag in disabled)
     touches = bool(scene.bodies)
     chain = Backbone(spec, robot, profile.elements, step, routing, touches)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +16,7 @@ from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.checks import check_choice, check_count, check_vector
 from clarke_gym.numerics.linear_map import map_rows
-from clarke_gym.physics.base import RobotState
+from clarke_gym.physics.base import DISK_RIM_M, RobotState
 from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
@@ -28,11 +29,12 @@ from clarke_gym.physics.mujoco.model import (
     build_chain,
     substeps,
 )
+from clarke_gym.physics.mujoco.scene import CONTACT_DT_S
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
-from clarke_gym.robots.scene import EMPTY, Scene
+from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -93,7 +95,13 @@ class MujocoPhysics:
     """
 
     KEYWORDS: ClassVar[tuple[str, ...]] = ("profile", "sim_dt_s", "payload_kg", "threads")
-    OFFERS: ClassVar[tuple[str, ...]] = ("tension", "velocity", "contact_force")
+    OFFERS: ClassVar[tuple[str, ...]] = (
+        "tension",
+        "velocity",
+        "tip_velocity",
+        "contact_force",
+        "load",
+    )
 
     displacement_bound = 1.25
 
@@ -115,8 +123,10 @@ class MujocoPhysics:
         scene: Scene = EMPTY,
     ) -> None:
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
-        self.robot, self.batch, self.scene = robot, as_batch(batch), scene
-        self._substeps = substeps(control_dt, sim_dt_s, numbers.sim_dt_s)
+        self.robot, self.batch = robot, as_batch(batch)
+        self.surroundings = Surroundings(scene, self.batch.size)
+        longest = min(numbers.sim_dt_s, CONTACT_DT_S) if scene.bodies else numbers.sim_dt_s
+        self._substeps = substeps(control_dt, sim_dt_s, longest)
         self._sim_dt = control_dt / self._substeps
         self._profile = numbers
         self._drives = Drives(robot, control_dt, limited=True)
@@ -132,6 +142,8 @@ class MujocoPhysics:
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
+        self._force: FloatArray | None = None
+        self._varied: dict[str, FloatArray] = {}
         self._engine = self._make_engine(self._sim_dt)
         self._tension_driven = actuation == "tension"
         self._displacements = Displacements(
@@ -168,6 +180,7 @@ class MujocoPhysics:
         def make_whole() -> WholeSteps:
             finer = math.ceil(self._sim_dt / self._profile.slack_dt_s - 1e-9)
             engine = self._make_engine(self._sim_dt / finer, folded=False)
+            self._equip(engine)
             return WholeSteps(engine, springs, substeps * finer)
 
         to_clarke = self._displacements.to_clarke
@@ -225,9 +238,14 @@ class MujocoPhysics:
         return self._displacements.rates()
 
     @property
+    def tip_velocity(self) -> FloatArray:
+        """Velocity of the tip [m/s], shape (B, 3), at the current state."""
+        return self._engine.tip_velocity()
+
+    @property
     def contact_force(self) -> FloatArray:
         """Magnitude of the net force between robot and scene [N], shape (B,), at the last step."""
-        return self._engine.contact_force()
+        return self._steps.contact_force()
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
@@ -286,6 +304,82 @@ class MujocoPhysics:
             return end
         self._engine.place(still, self._engine.kept(still)[0], 0.0)
         return end.with_rows(self.batch, still, start.clarke[still])
+
+    def place(self, rows: NDArray[np.intp], bodies: FloatArray) -> None:
+        """Put the bodies around the robots `rows` to ends and radii (rows, K, 7) [m]."""
+        self.surroundings.place(rows, bodies)
+        for engine in self._engines():
+            engine.put_bodies(rows, bodies, self.surroundings.scene.resized)
+        self._state = None
+
+    def pull(self, force: FloatArray) -> None:
+        """Let forces (B, 3) [N] in the base frame act on the tips from now on."""
+        self._force = force.copy()
+        for engine in self._engines():
+            engine.pull(force)
+
+    def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Give the robots `rows` physical numbers of their own; see `Physics.vary`."""
+        for name, values in numbers.items():
+            for field, part, nominal in self._meant(name, values):
+                if field not in self._varied:
+                    whole = np.empty((self.batch.size, *nominal.shape))
+                    self._varied[field] = np.broadcast_to(nominal, whole.shape).copy()
+                self._varied[field][rows] = part
+        for engine in self._engines():
+            for field, own in self._varied.items():
+                engine.model_field(field)[:] = own
+        self._state = None
+
+    def _meant(self, name: str, values: FloatArray) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        """Yield a field of MuJoCo's model, what it becomes (R, ...), and what it is by itself."""
+        model, nominal = self.chain.model, self._nominal
+        if name == "payload_kg":
+            mass, inertia = nominal["body_mass"], nominal["body_inertia"]
+            masses = np.tile(mass, (len(values), 1))
+            inertias = np.tile(inertia, (len(values), 1, 1))
+            tip = int(model.site("tip").bodyid[0])
+            masses[:, tip] += values
+            inertias[:, tip] += 0.4 * values[:, None] * DISK_RIM_M**2
+            yield "body_mass", masses, mass
+            yield "body_inertia", inertias, inertia
+        elif name in ("stiffness", "damping"):
+            field = {"stiffness": "jnt_stiffness", "damping": "dof_damping"}[name]
+            whole = nominal[field]
+            yield field, whole * values.reshape(-1, *(1,) * whole.ndim), whole
+        elif name == "base_tilt_rad":
+            angle = np.linalg.norm(values, axis=1, keepdims=True)
+            axis = values / np.where(angle > 0.0, angle, 1.0)
+            back = np.hstack([np.cos(0.5 * angle), -np.sin(0.5 * angle) * axis])
+            gravity = nominal["opt.gravity"]
+            yield "opt.gravity", rotate(back, gravity), gravity
+        else:
+            raise ValueError(f"physics cannot vary {name!r}")
+
+    @cached_property
+    def _nominal(self) -> dict[str, FloatArray]:
+        """Fields of the model before anything was varied."""
+        model = self.chain.model
+        fields = ("body_mass", "body_inertia", "jnt_stiffness", "dof_damping")
+        return {
+            **{field: getattr(model, field).copy() for field in fields},
+            "opt.gravity": model.opt.gravity.copy(),
+        }
+
+    def _equip(self, engine: Engine) -> None:
+        """Give a new engine what was told to the others."""
+        surroundings = self.surroundings
+        if surroundings.scene.placed:
+            rows = np.arange(self.batch.size)
+            engine.put_bodies(rows, surroundings.numbers, surroundings.scene.resized)
+        if self._force is not None:
+            engine.pull(self._force)
+        for field, own in self._varied.items():
+            engine.model_field(field)[:] = own
+
+    def _engines(self) -> list[Engine]:
+        """Return all simulations of the robots: with folded tendons, and with all of them."""
+        return [self._engine, *self._steps.more_engines()]
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""

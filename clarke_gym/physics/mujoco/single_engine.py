@@ -41,10 +41,12 @@ class SingleEngine(Engine):
         self._pack: Callable[..., None] = Struct(f"{self._model.nu}d").pack_into
         self._targets = memoryview(data.ctrl), memoryview(data.act)
         self._lengths = data.ten_length
+        self.told = data.sensordata[None]
         # Of each kind of warning MuJoCo writes the first to a log file in the working directory and
         # only counts the rest: as if there had been one, it stays quiet.
         data.warning.number[:] = 1
-        self._tip_position, self._tip_quaternion = data.site_xpos[self._tip], data.xquat[-1]
+        self._tip_position = data.site_xpos[self._tip]
+        self._tip_quaternion = data.xquat[self._tip_body]
         self._name_history(data.history[None])
         self._acted_later = self.acted[0, :, 1:]
         self._begin_step()
@@ -60,6 +62,15 @@ class SingleEngine(Engine):
         del rows
         self.qpos[:], self.qvel[:], self.warm[:] = qpos, qvel, warm
         self._begin_step()
+
+    def data(self, field: str) -> FloatArray:
+        """Return an input of the simulation; see `Engine.data`."""
+        return getattr(self._data, field)[None]
+
+    def model_field(self, field: str) -> FloatArray:
+        """Return numbers of the model; see `Engine.model_field`."""
+        owner = self._model.opt if field.startswith("opt.") else self._model
+        return getattr(owner, field.removeprefix("opt."))[None]
 
     def angle_norm(self) -> float:
         """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""

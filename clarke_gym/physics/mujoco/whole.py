@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.mujoco.engine import Engine
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.robots.joint_vector import JointVector
@@ -29,6 +30,14 @@ class WholeSteps:
         self.engine = engine
         self._springs, self._steps, self._tension_driven = springs, steps, tension_driven
         self._duration = steps * engine.chain.model.opt.timestep
+
+    def contact_force(self) -> FloatArray:
+        """Return the net force between robot and scene in the last step [N], shape (B,)."""
+        return self.engine.contact_force()
+
+    def more_engines(self) -> list[Engine]:
+        """Return no simulations beside the one that was given."""
+        return []
 
     def run(self, rows: NDArray[np.intp] | None, start: JointVector, end: JointVector) -> None:
         """Advance the robots `rows` (None for all) by one control step.

@@ -1,0 +1,149 @@
+"""Tendons that are not where the nominal robot has them."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.disturbances.base import Disturbance, register_disturbance
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.robots.robot import Robot
+
+MOST_ANGLE_RAD = math.radians(8.0)
+"""Largest misplacement of a hole around the backbone; the identified robot's are up to 8 deg."""
+
+MOST_RADIUS_SHARE = 0.05
+"""Largest misplacement of a hole along the radius, over it."""
+
+MOST_UNEQUAL = 0.2
+"""Largest difference of a tendon's radius from the nominal one, over it."""
+
+MOST_TURN_RAD = math.pi / 2
+"""Most that helical tendons turn around a segment."""
+
+
+class OtherLayout(Disturbance):
+    r"""A robot whose tendons run elsewhere than everybody thinks.
+
+    With the decoder D of the nominal layout and D' of the true one, taut tendons commanded to
+    :math:`\rho` leave the true robot in the shape :math:`D'^+\rho`. The nominal robot takes that
+    shape, and its tendons the same strains, under the command
+    :math:`\rho + (D - D')\,D'^+\rho`, which is what physics is given. What sensors tell of
+    displacements is that of the nominal layout.
+    """
+
+    def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
+        super().__init__(robot, num_envs, strength)
+        joints, shape = robot.n_joints, (num_envs, robot.n_joints, robot.n_joints)
+        self.psi = np.concatenate([segment.angles for segment in robot.segments])
+        self.radii = np.concatenate([segment.radii for segment in robot.segments])
+        self._nominal = np.repeat(robot.pitch_radii, robot.n_tendons)
+        self._owner = np.repeat(np.arange(robot.n_segments), robot.n_tendons)
+        self._map = np.broadcast_to(np.eye(joints), shape).copy()
+
+    @abstractmethod
+    def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return angles [rad] and radii [m] of the true tendons, both (R, N); 0 for none."""
+
+    def reset(self, rows: NDArray[np.intp], numbers: FloatArray, command: FloatArray) -> None:
+        """Derive the maps of the episodes' layouts."""
+        del command
+        self._map[rows] = self._maps(numbers)
+
+    def _maps(self, numbers: FloatArray) -> FloatArray:
+        angles, radii = self.layout(numbers)
+        own = (radii / self._nominal)[..., None] * np.stack([np.cos(angles), np.sin(angles)], -1)
+        decoder = np.zeros((len(numbers), self.robot.n_joints, 2 * self.robot.n_segments))
+        for k in range(self.robot.n_segments):
+            mine = self._owner == k
+            decoder[:, mine, 2 * k : 2 * k + 2] = own[:, mine]
+        inverse = np.linalg.pinv(decoder)
+        return np.eye(self.robot.n_joints) + (self.robot.decoder - decoder) @ inverse
+
+    def step(self, command: FloatArray) -> FloatArray:
+        """Return the nominal robot's command to the same end [m]."""
+        told: FloatArray = np.matvec(self._map, command)
+        return told
+
+    def get_state(self) -> dict[str, Any]:
+        """Return nothing: the maps follow from what was drawn."""
+        return {}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Derive the maps again."""
+        del state
+        self._map[:] = self._maps(self.drawn)
+
+
+class _PerTendon(OtherLayout):
+    count: ClassVar[int]
+
+    def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
+        self.numbers = self.hidden = robot.n_joints * self.count  # type: ignore[misc]
+        super().__init__(robot, num_envs, strength)
+
+
+@register_disturbance("misplacement")
+class Misplacement(_PerTendon):
+    """Holes are up to 8 degrees and 5 % of the radius away, drawn for every episode."""
+
+    count: ClassVar[int] = 2
+
+    def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the true angles [rad] and radii [m]."""
+        turn, away = np.split(self.strength * (2.0 * numbers - 1.0), 2, axis=1)
+        return self.psi + MOST_ANGLE_RAD * turn, self.radii * (1.0 + MOST_RADIUS_SHARE * away)
+
+
+@register_disturbance("unequal_radii")
+class UnequalRadii(_PerTendon):
+    """Tendons are up to a fifth nearer to the backbone, or farther, drawn for every episode."""
+
+    count: ClassVar[int] = 1
+
+    def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the true angles [rad] and radii [m]."""
+        away = MOST_UNEQUAL * self.strength * (2.0 * numbers - 1.0)
+        return np.broadcast_to(self.psi, numbers.shape), self.radii * (1.0 + away)
+
+
+@register_disturbance("helical")
+class Helical(OtherLayout):
+    r"""Tendons wind round the backbone, by a turn tau a segment drawn for every episode.
+
+    Along an arc of bend phi the tendon at :math:`\psi + \tau s/l` is displaced by
+    :math:`d\,\phi\,\mathrm{sinc}(\tau/2)\cos(\psi + \tau/2 - \theta)`, the mean over the segment:
+    as parallel tendons turned by tau/2 on a smaller radius. That the true backbone would leave the
+    arc is not simulated.
+    """
+
+    physics: ClassVar[tuple[str, ...]] = ("constant_curvature",)
+    numbers: ClassVar[int] = 1
+    hidden: ClassVar[int] = 1
+
+    def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the parallel tendons that do the same: angles [rad] and radii [m]."""
+        turn = MOST_TURN_RAD * self.strength * (2.0 * numbers - 1.0)
+        return self.psi + 0.5 * turn, self.radii * np.sinc(turn / (2.0 * np.pi))
+
+
+@register_disturbance("broken_tendon")
+class BrokenTendon(OtherLayout):
+    """One tendon, drawn for every episode, is broken: the others of its segment are left.
+
+    They still push as well as they pull, as constant curvature has it.
+    """
+
+    physics: ClassVar[tuple[str, ...]] = ("constant_curvature",)
+    numbers: ClassVar[int] = 1
+    hidden: ClassVar[int] = 1
+
+    def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the layout without the broken tendon."""
+        index = (numbers * self.robot.n_joints).astype(np.intp)
+        radii = np.where(np.arange(self.robot.n_joints) == index, 0.0, self.radii)
+        return np.broadcast_to(self.psi, radii.shape), radii

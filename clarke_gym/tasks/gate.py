@@ -1,0 +1,128 @@
+"""Gate: reach goals behind bars with openings between them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clarke_gym import kinematics
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.base import hull_radius
+from clarke_gym.robots import Robot
+from clarke_gym.robots.scene import Capsule, Scene
+from clarke_gym.tasks.base import register_task
+from clarke_gym.tasks.obstructed import ObstructedTask
+
+CAGE = 0.35
+"""Radius of the ring of bars, over the robot's length."""
+
+WIDEST, NARROWEST = 3.0, 1.5
+"""Width of the openings over the robot's, at difficulty 0 and 1."""
+
+PITCH = 3.3
+"""Distance between the bars' axes over the robot's width, as far as whole bars allow."""
+
+BEYOND = 1.1
+"""How far out goals are at least, over what a tip just outside the bars needs."""
+
+CANDIDATES = 12
+"""Shapes from which a start and a goal are taken."""
+
+MARGIN = 0.1
+"""Gap over the robot's radius that the known way keeps."""
+
+
+@register_task("gate")
+class Gate(ObstructedTask):
+    """Reach a goal position behind bars (structured obstacles).
+
+    Upright bars stand in a ring around the robot, at 0.35 of its length, with openings of 3 to 1.5
+    robot widths. Start and goal lie outside the ring, mostly behind different openings: the robot
+    must come back through one and out through another. A clear way is known to exist for every
+    episode: straighten from the start's shape, bend to the goal's. Where bars are between tip and
+    goal, closeness counts the distance over the straight robot's tip.
+
+    Parameters
+    ----------
+    robot : Robot
+    reward : {"dense", "sparse"}
+        In [0, 1], or 0 on success and -1 otherwise.
+    success_tolerance : float or None
+        Tolerance epsilon, as a fraction of the robot's length; None for the difficulty's: 0.04,
+        0.02 and 0.01 at difficulty 0, 0.5 and 1.
+    difficulty : float or str
+        In [0, 1], or "easy", "medium", "hard": narrow openings are hard.
+    random_start : bool
+        Start behind a random opening; straight, inside the ring, otherwise.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        reward: str = "dense",
+        success_tolerance: float | None = None,
+        difficulty: float | str = 0.5,
+        random_start: bool = True,
+    ) -> None:
+        width, ring = 2.0 * hull_radius(robot), CAGE * robot.length_m
+        self.n_bars = max(4, math.floor(2.0 * math.pi * ring / (PITCH * width)))
+        super().__init__(robot, reward, success_tolerance, difficulty, random_start)
+        self.numbers = 4 * CANDIDATES * robot.n_segments + 2
+
+    def settle(self) -> None:
+        """Derive the bars from the difficulty."""
+        super().settle()
+        length, robot_width = self.robot.length_m, 2.0 * self.hull_m
+        ring = CAGE * length
+        opening = robot_width * (WIDEST + (NARROWEST - WIDEST) * self.difficulty)
+        pitch = 2.0 * ring * math.sin(math.pi / self.n_bars)
+        self.bar_radius_m = max(0.5 * (pitch - opening), 0.5 * self.hull_m)
+        angles = 2.0 * math.pi * (np.arange(self.n_bars) + 0.5) / self.n_bars
+        bars = [
+            Capsule((x, y, -0.1 * length), (x, y, 1.1 * length), self.bar_radius_m)
+            for x, y in ring * np.stack([np.cos(angles), np.sin(angles)], 1)
+        ]
+        self.scene = Scene(tuple(bars), placed=True, resized=True)
+        self._ring_m = ring
+        self._outside = BEYOND * (ring + self.bar_radius_m + self.hull_m)
+
+    def places(self, parameters: FloatArray) -> FloatArray:
+        """Return the bars, alike for all episodes, shape (R, K, 7)."""
+        return np.broadcast_to(self.scene.numbers, (len(parameters), *self.scene.numbers.shape))
+
+    def ways(
+        self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
+    ) -> list[FloatArray]:
+        """Return the distance that is left [m]: by the straight tip, where bars are between."""
+        x, y = achieved[:, 0], achieved[:, 1]
+        ahead = desired[:, 0] * x + desired[:, 1] * y
+        aside = desired[:, 0] * y - desired[:, 1] * x
+        other = np.abs(np.arctan2(aside, ahead)) > math.pi / self.n_bars
+        outside = x * x + y * y > self._ring_m**2
+        top = np.array([0.0, 0.0, self.robot.length_m])
+        over = sum(np.linalg.norm(part[:, :3] - top, axis=1) for part in (achieved, desired))
+        return [np.where(other & outside, over, errors[0])]
+
+    def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return starts (R, S, 2) and goals (R, 4)."""
+        segments, rows = self.robot.n_segments, len(numbers)
+        uniforms = numbers[:, : 4 * CANDIDATES * segments]
+        uniforms = uniforms.reshape(rows, 2, CANDIDATES, segments, 2)
+        shapes = kinematics.sample_dome(uniforms, self.robot.max_bending)
+        clear = self.gaps(self.leg(np.zeros_like(shapes), shapes), self.scene.numbers).min(-1)
+        tips = kinematics.forward(shapes, self.robot.lengths)[0]
+        outside = np.hypot(tips[..., 0], tips[..., 1]) >= self._outside
+        good = outside & (clear >= MARGIN * self.hull_m)
+        # Where no candidate will do, an even bend through the middle of an opening does.
+        index = np.floor(numbers[:, -2:] * self.n_bars)
+        angle = 2.0 * np.pi * index / self.n_bars
+        even = 0.9 * min(0.5 * np.pi, float(self.robot.max_bending.sum())) / segments
+        plain = even * np.stack([np.cos(angle), np.sin(angle)], -1)[:, :, None, :]
+        plain = np.broadcast_to(plain, (rows, 2, segments, 2))
+        first = good.argmax(-1)
+        picked = np.take_along_axis(shapes, first[..., None, None, None], 2)[:, :, 0]
+        chosen = np.where(good.any(-1)[..., None, None], picked, plain)
+        start = chosen[:, 0] if self._random_start else np.zeros_like(chosen[:, 0])
+        return start, self.tips(chosen[:, 1])

@@ -1,0 +1,146 @@
+"""Tasks among bodies that a robot must not touch."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import numpy as np
+
+from clarke_gym import kinematics
+from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.physics.base import RobotState, hull_radius
+from clarke_gym.robots import Robot
+from clarke_gym.robots.scene import axis_distance
+from clarke_gym.tasks.base import Goal, Metric, Outcome
+from clarke_gym.tasks.shaped import ShapedTask, error_metrics
+
+TOUCH_SHARE = 0.1
+"""Depth over the robot's radius that still counts as touching, not as being inside."""
+
+PATH_SHAPES = 16
+"""Shapes a leg of a motion that is known to be clear."""
+
+PATH_POINTS = 10
+"""Points a segment at which those are looked at."""
+
+PARKED = 1.5
+"""How far below the base a body that is not in play lies, over the robot's length."""
+
+CHUNK = 64
+"""Episodes that are prepared at once: what they need grows with their number."""
+
+
+class ObstructedTask(ShapedTask):
+    r"""Reach a goal position among bodies.
+
+    The error is the distance e between tip and goal; its scale s is a tenth of the length. With the
+    depth c by which the robot's hull is inside a body, over the hull's radius, the dense reward is
+    :math:`(1-c)\left(\frac12/(1+e/s)+\frac12\exp(-(e/\epsilon)^2)\right)`. Where c passes 1 the
+    episode ends as a failure: constant curvature goes through bodies, MuJoCo's contact holds the
+    robot well before. Success also asks that it only touches: c is at most 0.1.
+
+    The depth is a part of achieved goals, as a fourth number that is to be zero, so that rewards of
+    hindsight replay are those of the episode.
+    """
+
+    sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position", "clearance")
+    max_episode_steps = 100
+    prepared = 4
+
+    def __init__(
+        self,
+        robot: Robot,
+        reward: str,
+        success_tolerance: float | None,
+        difficulty: float | str,
+        random_start: bool,
+    ) -> None:
+        self.hull_m = hull_radius(robot)
+        super().__init__(robot, reward, success_tolerance, difficulty, random_start)
+        self.goal = Goal(("x", "y", "z", "depth"), "m", robot.length_m, costs=1)
+        self.metrics = (
+            *error_metrics(robot.length_m),
+            Metric("clearance_m", "clearance", "m", -self.hull_m),
+            Metric("least_clearance_m", "least clearance", "m", -self.hull_m, over="least"),
+        )
+
+    def achieved(self, state: RobotState) -> FloatArray:
+        """Return the tip position and the depth inside a body [m]."""
+        depth = np.minimum(np.maximum(-state.clearance, 0.0), 2.0 * self.hull_m)
+        return np.hstack([state.tip_position, depth[:, None]])
+
+    def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return the goals (B, 4): positions [m], and no depth."""
+        del time_s
+        goal = parameters[:, :4].copy()
+        goal[:, 3] = 0.0
+        return goal
+
+    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
+        """Return parameters with goal positions (R, 3) [m] that somebody asks for."""
+        return np.hstack([goal, parameters[:, 3:]])
+
+    def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
+        """Return the square of the distance [m^2]."""
+        gap = achieved[:, :3] - desired[:, :3]
+        return [np.vecdot(gap, gap)]
+
+    def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
+        """Return the outcome of positions and depths [m], both (B, 4)."""
+        outcome = super().score(achieved, desired)
+        # Whatever depth a goal in hindsight has: none is wanted.
+        depth = achieved[:, 3] / self.hull_m
+        outcome.success = outcome.success & (depth <= TOUCH_SHARE)
+        free = 1.0 - np.minimum(depth, 1.0)
+        outcome.terms = {name: free * term for name, term in outcome.terms.items()}
+        if self._sparse:
+            outcome.reward = outcome.success.astype(np.float64) - 1.0
+        else:
+            outcome.reward = outcome.terms["closeness"] + outcome.terms["precision"]
+        outcome.failure = depth > 1.0
+        return outcome
+
+    def evaluate(self, state: RobotState, goal: FloatArray) -> Outcome:
+        """Return the outcome of what is achieved, with the clearance."""
+        outcome = super().evaluate(state, goal)
+        clearance = np.minimum(state.clearance, self.robot.length_m)
+        outcome.metrics = {
+            **outcome.metrics,
+            "clearance_m": clearance,
+            "least_clearance_m": clearance,
+        }
+        return outcome
+
+    def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return start bending vectors [rad] (R, S, 2), and goals and bodies (R, p)."""
+        parts = [self.lay(numbers[k : k + CHUNK]) for k in range(0, len(numbers), CHUNK)]
+        starts, parameters = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return starts, parameters
+
+    @abstractmethod
+    def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return starts and parameters of some episodes; parameters begin with goals (R, 4)."""
+
+    def leg(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Return points of the backbone on the straight way between shapes (..., S, 2) [rad].
+
+        Returns
+        -------
+        ndarray, shape (..., K, 3)
+            [m].
+        """
+        share = np.linspace(0.0, 1.0, PATH_SHAPES)[:, None, None]
+        shapes = start[..., None, :, :] * (1.0 - share) + end[..., None, :, :] * share
+        curves = kinematics.backbone(shapes, self.robot.lengths, PATH_POINTS)
+        return curves.reshape(*start.shape[:-2], -1, 3)
+
+    def tips(self, shapes: FloatArray) -> FloatArray:
+        """Return goals (R, 4) of goal shapes (R, S, 2) [rad]."""
+        position = self.predicted(shapes)
+        return np.hstack([position, np.zeros((len(position), 1))])
+
+    def gaps(self, points: FloatArray, bodies: FloatArray) -> FloatArray:
+        """Return the smallest gaps of hulls around points (..., P, 3) to bodies (..., K, 7)."""
+        gaps: FloatArray = axis_distance(points, bodies).min(-1) - self.hull_m
+        return gaps

@@ -1,0 +1,81 @@
+// The ring: displacement of every tendon, outwards from the dashed circle. What two numbers can do
+// is the blue curve, r(psi) = r0 + Re cos psi + Im sin psi; the orange part is off the manifold.
+
+import { decode } from "./clarke.js";
+import { add, handle, set } from "./svg.js";
+
+const ZERO = 62, SPAN = 46;
+
+export class Ring {
+  constructor(svg, app) {
+    Object.assign(this, { svg, app });
+  }
+
+  build() {
+    const { svg, app } = this, { robot, selected } = app;
+    const segment = robot.segments[selected];
+    this.angles = segment.ring.angles;
+    svg.replaceChildren();
+    add(svg, "circle", { class: "zero", r: ZERO });
+    for (const psi of this.angles) {
+      add(svg, "line", {
+        class: "spoke", x1: 12 * Math.cos(psi), y1: -12 * Math.sin(psi),
+        x2: (ZERO + SPAN) * Math.cos(psi), y2: -(ZERO + SPAN) * Math.sin(psi),
+      });
+    }
+    this.curve = add(svg, "path", { class: "curve" });
+    this.gaps = this.angles.map(() => add(svg, "line", { class: "gap" }));
+    const size = this.angles.length > 16 ? 3.4 : 5;
+    this.handles = this.angles.map((psi, i) => {
+      const made = handle(svg, size, `Tendon ${i + 1}`, {
+        drag: ([x, y]) => this.pull(i, (x * Math.cos(psi) + y * Math.sin(psi) - ZERO) / SPAN),
+        key: ([dx, dy]) => this.pull(i, this.shown(i) + (dx + dy) / 40),
+      });
+      if (this.angles.length <= 12) {
+        add(svg, "text", {
+          x: (ZERO + SPAN + 7) * Math.cos(psi), y: -(ZERO + SPAN + 7) * Math.sin(psi) + 3,
+          "text-anchor": "middle",
+        }, i + 1);
+      }
+      return made;
+    });
+  }
+
+  /** Where tendon i is drawn, in units of the limit. */
+  shown(i) {
+    const { robot, selected } = this.app;
+    return (this.onto[i] + this.app.magnified * this.off[i]) / robot.maxClarke[selected];
+  }
+
+  pull(i, share) {
+    const { app } = this;
+    const change = (Math.min(1.05, Math.max(-1.25, share)) - this.shown(i)) / app.magnified;
+    app.pullByHand(i, change * app.robot.maxClarke[app.selected]);
+  }
+
+  update() {
+    const { app } = this, { robot, selected: j } = app;
+    const most = robot.maxClarke[j], clarke = app.displacement.slice(2 * j, 2 * j + 2);
+    this.onto = decode(robot.segments[j].ring, clarke);
+    this.off = app.offOf(j);
+    const points = [];
+    for (let k = 0; k <= 72; k++) {
+      const psi = (k * Math.PI) / 36;
+      const r = ZERO + (SPAN * (clarke[0] * Math.cos(psi) + clarke[1] * Math.sin(psi))) / most;
+      points.push(`${(r * Math.cos(psi)).toFixed(2)} ${(-r * Math.sin(psi)).toFixed(2)}`);
+    }
+    this.curve.setAttribute("d", `M${points.join("L")}Z`);
+    this.angles.forEach((psi, i) => {
+      const on = ZERO + (SPAN * this.onto[i]) / most, at = ZERO + SPAN * this.shown(i);
+      const [c, s] = [Math.cos(psi), -Math.sin(psi)];
+      set(this.gaps[i], { x1: on * c, y1: on * s, x2: at * c, y2: at * s });
+      const { group, dot } = this.handles[i], rho = (this.onto[i] + this.off[i]) * 1e3;
+      dot.setAttribute("fill", app.tendonColour(j, i));
+      set(group, {
+        transform: `translate(${at * c} ${at * s})`,
+        "aria-valuenow": Math.round(rho),
+        "aria-valuetext": `${rho.toFixed(1)} millimetres`,
+      });
+    });
+  }
+}

@@ -1,0 +1,56 @@
+"""A released policy runs on NumPy alone, and says what its learning library says."""
+
+import json
+import shutil
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import clarke_gym  # noqa: F401
+from clarke_gym.control import load_policy
+
+POLICIES = sorted((Path(__file__).resolve().parents[2] / "policies").glob("*/policy.json"))
+
+
+@pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.parent.name)
+def test_it_acts_as_in_its_learning_library(path):
+    torch = pytest.importorskip("torch")
+    tensors = pytest.importorskip("safetensors.torch").load_file(path.parent / "policy.safetensors")
+    policy = load_policy(path.parent)
+    shape = policy.about["observation_space"]["shape"]
+    seen = np.random.default_rng(3).uniform(-1.0, 1.0, (64, *shape)).astype(np.float32)
+    values = torch.as_tensor(seen)
+    for k in (0, 2):
+        name = f"mlp_extractor.policy_net.{k}"
+        values = torch.tanh(values @ tensors[f"{name}.weight"].T + tensors[f"{name}.bias"])
+    values = values @ tensors["action_net.weight"].T + tensors["action_net.bias"]
+    np.testing.assert_allclose(policy.act(seen), values.clamp(-1.0, 1.0), atol=1e-5)
+
+
+@pytest.mark.parametrize("n", [3, 11, 32])
+def test_the_policy_of_seven_tendons_reaches_goals_with_others(n):
+    policy = load_policy(POLICIES[0].parent)
+    assert policy.about["env"]["kwargs"]["n_tendons"] == 7
+    envs = gym.make_vec("clarke_gym/Reach-v0", num_envs=32, n_tendons=n, representation="clarke")
+    observations, _ = envs.reset(seed=5)
+    for _ in range(49):
+        observations, *_, infos = envs.step(policy.act(observations))
+    assert infos["is_success"].all()
+
+
+def test_damaged_files_are_named(tmp_path):
+    folder = tmp_path / "policy"
+    shutil.copytree(POLICIES[0].parent, folder)
+    tensors = folder / "policy.safetensors"
+    whole = tensors.read_bytes()
+    for damaged in (whole[:-4000], b"", b"\x00" * 100):
+        tensors.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"policy\.safetensors (is no|holds no)"):
+            load_policy(folder)
+    tensors.write_bytes(whole)
+    about = json.loads((folder / "policy.json").read_text()) | {"algorithm": "sac"}
+    (folder / "policy.json").write_text(json.dumps(about))
+    with pytest.raises(ValueError, match="holds no policy of PPO"):
+        load_policy(folder)

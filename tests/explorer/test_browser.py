@@ -1,0 +1,280 @@
+"""The explorer in a real browser: dragged, slid, run, switched, on a desk and on a phone."""
+
+import gzip
+import shutil
+import threading
+from pathlib import Path
+
+import pytest
+
+from agents.explorer import FOLDER, make_server
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+GRAPHICS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+@pytest.fixture(scope="module")
+def address():
+    with make_server(0) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is missing: make test-browser installs it"
+    )
+    if CHROMIUM is None:
+        pytest.skip("chromium is missing: make test-browser says how to install it")
+    with sync_api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=GRAPHICS)
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def open_page(browser, address):
+    """Open the explorer at a hash; at the end nothing may have been complained about."""
+    contexts, complaints = [], []
+
+    def opened(hash="", size=(1280, 800), **options):
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(20_000)
+        page.on("console", lambda m: m.type in ("error", "warning") and complaints.append(m.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request",
+            lambda request: (
+                request.url.startswith((address, "data:", "blob:"))
+                or complaints.append(f"a request to {request.url}")
+            ),
+        )
+        page.goto(address + hash)
+        page.wait_for_function("window.explorer?.pictures && !window.explorer.dirty")
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    # Software rendering, as on machines without a graphics card, tells of its slow read-backs.
+    assert [text for text in complaints if "ReadPixels" not in text] == []
+
+
+def centre(page, selector):
+    box = page.locator(selector).first.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def drag(page, start, end):
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+    page.mouse.move(*end)
+    page.mouse.up()
+
+
+def bends(page):
+    return page.evaluate("window.explorer.bends")
+
+
+def test_dragging_the_dot_bends_the_robot(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0")
+    first = page.evaluate("performance.getEntriesByName('first picture')[0].startTime")
+    print(f"first picture after {first:.0f} ms")
+    assert first < 8_000  # 2 s where nothing else runs
+    x, y = centre(page, "#disk .handle")
+    drag(page, (x, y), (x + 60, y - 30))
+    bx, by = bends(page)
+    assert bx > 0.3
+    assert abs(by / bx - 0.5) < 0.05
+    drag(page, (x + 60, y - 30), (x + 900, y))  # as far as the limit, and no further
+    assert abs(bends(page)[0] - 1.5708) < 1e-3
+    assert "bent by 90°" in page.inner_text("#numbers")
+
+
+def test_dragging_is_cheap_enough_for_sixty_frames(open_page):
+    """What a frame computes; drawing itself is the graphics card's, which this machine may lack."""
+    page = open_page("#robot=default3&n=32&mode=hand&c=2,2,4,4,6,6")
+    spent = page.evaluate(
+        """() => {
+            const { explorer } = window, render = explorer.pictures.renderer.render;
+            explorer.pictures.renderer.render = () => {};
+            const start = performance.now();
+            for (let k = 0; k < 60; k++) {
+                explorer.bendByHand([0.01 * k, 0, 0.2, 0.1, 0.3, 0.2]);
+                explorer.draw();
+            }
+            explorer.pictures.renderer.render = render;
+            return (performance.now() - start) / 60;
+        }"""
+    )
+    assert spent < 12.0, f"{spent:.1f} ms a frame"
+
+
+def test_a_pulled_tendon_leaves_the_manifold_and_the_projector_takes_it_back(open_page):
+    page = open_page("#robot=default&n=5&mode=hand&c=0,0")
+    assert page.locator("#project").is_disabled()
+    x, y = centre(page, "#ring .handle")
+    drag(page, (x, y), (x + 20, y))
+    pulled = page.evaluate("({off: window.explorer.wanted.off, c: window.explorer.wanted.clarke})")
+    assert max(map(abs, pulled["off"])) > 1e-3
+    # Of a pull p, 2 p / n is on the manifold and p (1 - 2 / n) of it is off.
+    assert abs(pulled["c"][0] / pulled["off"][0] - (2 / 5) / (1 - 2 / 5)) < 1e-9
+    shape = bends(page)
+    page.click("#project")
+    assert page.evaluate("window.explorer.wanted.off") is None
+    assert bends(page) == shape
+
+
+def test_sliding_n_changes_the_tendons_and_not_the_shape(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=8,4")
+    shape = bends(page)
+    for n in (3, 32, 11):
+        page.locator("#n").fill(str(n))
+        page.wait_for_function(f"window.explorer.robot.counts[0] === {n}")
+        page.wait_for_function("!window.explorer.dirty")
+        assert page.locator("#ring .handle").count() == n
+        assert max(abs(a - b) for a, b in zip(bends(page), shape, strict=True)) < 1e-9
+    assert "n=11" in page.evaluate("window.explorer.hash")
+
+
+@pytest.mark.parametrize("n", [3, 11, 32])
+def test_the_policy_reaches_the_goal_with_any_number_of_tendons(open_page, n):
+    page = open_page(f"#robot=default&n={n}&mode=hand&c=0,0&goal=60,-50,170")
+    assert not page.evaluate("window.explorer.reached")
+    page.locator("input[value=policy]").check()
+    page.wait_for_selector("#verdict.reached")
+    assert (
+        page.inner_text("#verdict") == f"Policy trained with 7 tendons, here with {n}: goal reached"
+    )
+
+
+def test_classical_control_runs_beside_the_policy(open_page):
+    page = open_page("#robot=default&n=5&mode=policy&beside=1&c=0,0&goal=-80,40,160")
+    page.wait_for_selector("#verdict.reached")
+    page.wait_for_function(
+        """() => {
+            const { ghost, goal } = window.explorer;
+            return Math.hypot(...ghost.physics.tip.map((t, i) => t - goal[i])) < 0.002;
+        }"""
+    )
+
+
+def test_gravity_and_slack(open_page):
+    page = open_page("#robot=default&n=4&mode=hand&c=9,0")
+    straight = page.evaluate("window.explorer.physics.tip")
+    page.locator("#gravity").check()
+    page.wait_for_function("window.explorer.physics.tension")
+    page.wait_for_timeout(1500)
+    sagging = page.evaluate("window.explorer.physics.tip")
+    assert 1e-5 < sum((a - b) ** 2 for a, b in zip(straight, sagging, strict=True)) ** 0.5 < 0.01
+    assert min(page.evaluate("window.explorer.physics.tension.flat()")) > 0.0
+    x, y = centre(page, "#ring .handle >> nth=1")
+    drag(page, (x, y), (x, y + 40))  # pay one out: it and the one opposite hang loose
+    page.wait_for_function("window.explorer.physics.tension.flat().includes(0)")
+    page.wait_for_function("document.getElementById('numbers').innerText.includes('slack')")
+    page.locator("input[value=policy]").check()
+    page.wait_for_selector("#verdict.reached")
+
+
+def test_the_goal_is_dragged_in_three_dimensions(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
+    place = page.evaluate(
+        """() => {
+            const { ball, camera, canvas } = window.explorer.pictures;
+            const at = ball.position.clone().project(camera), box = canvas.getBoundingClientRect();
+            return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
+        }"""
+    )
+    before = page.evaluate("window.explorer.goal")
+    drag(page, place, (place[0] - 60, place[1]))
+    after = page.evaluate("window.explorer.goal")
+    assert max(abs(a - b) for a, b in zip(before, after, strict=True)) > 0.01
+    tip = page.evaluate("window.explorer.goalBends")
+    assert (tip[0] ** 2 + tip[1] ** 2) ** 0.5 <= 1.5709  # it can be reached
+
+
+def test_keys_alone_are_enough(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0")
+    page.locator("#disk .handle").focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    assert abs(bends(page)[0] - 1.5708 * 5 / 33) < 1e-3
+    page.keyboard.press("+")
+    page.wait_for_function("window.explorer.robot.counts[0] === 8")
+    goal = page.evaluate("window.explorer.goal")
+    page.keyboard.press("g")
+    assert page.evaluate("window.explorer.goal") != goal
+    page.keyboard.press(" ")
+    page.wait_for_selector("#verdict.reached")
+
+
+def test_a_link_holds_the_picture(open_page):
+    page = open_page("#robot=default3&n=4&mode=hand&c=1,2,3,4,5,6&goal=100,50,250&view=20,30")
+    link = page.evaluate("window.explorer.hash")
+    again = open_page(link)
+    assert again.evaluate("window.explorer.hash") == link
+    broken = open_page("#robot=none&n=99&mode=magic&c=a,b&goal=1&view=x")
+    assert broken.evaluate("window.explorer.key") == "default"
+
+
+def test_a_phone_shows_all_without_scrolling_sideways(open_page):
+    page = open_page("", size=(390, 844), has_touch=True, is_mobile=True, color_scheme="dark")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.locator("#disk .handle").scroll_into_view_if_needed()
+    x, y = centre(page, "#disk .handle")
+    before = bends(page)
+    session = page.context.new_cdp_session(page)
+    for kind, points in (
+        ("touchStart", [{"x": x, "y": y}]),
+        ("touchMove", [{"x": x - 50, "y": y}]),
+        ("touchEnd", []),
+    ):
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    page.wait_for_function(f"window.explorer.bends[0] < {before[0] - 0.2}")
+
+
+def luminance(colour):
+    parts = [int(x) / 255 for x in colour[colour.index("(") + 1 : -1].split(",")[:3]]
+    linear = [x / 12.92 if x <= 0.03928 else ((x + 0.055) / 1.055) ** 2.4 for x in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_stands_out(open_page, scheme):
+    page = open_page("", color_scheme=scheme)
+    for selector in ("body", ".hint", "dt", ".off", "legend", "button"):
+        text, ground = page.evaluate(
+            """(selector) => {
+                let element = document.querySelector(selector);
+                const text = getComputedStyle(element).color;
+                let ground = "rgba(0, 0, 0, 0)";
+                while (ground === "rgba(0, 0, 0, 0)" && element) {
+                    ground = getComputedStyle(element).backgroundColor;
+                    element = element.parentElement;
+                }
+                return [text, ground];
+            }""",
+            selector,
+        )
+        bright, dim = sorted((luminance(text), luminance(ground)), reverse=True)
+        assert (bright + 0.05) / (dim + 0.05) >= 4.5, (selector, text, ground)
+
+
+def test_weight_before_the_simulator():
+    lazy = {"mujoco.min.js", "mujoco.wasm.gz"}
+    files = [
+        path
+        for path in FOLDER.rglob("*")
+        if path.suffix in (".html", ".css", ".js", ".json")
+        and "node_modules" not in path.parts
+        and path.name not in lazy | {"package.json", "package-lock.json", "three.entry.js"}
+    ]
+    assert {"index.html", "main.js", "three.min.js", "robots.json"} <= {p.name for p in files}
+    weight = sum(len(gzip.compress(Path(path).read_bytes())) for path in files)
+    assert weight < 1.5e6, f"{weight / 1e6:.2f} MB"
