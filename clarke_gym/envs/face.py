@@ -18,6 +18,9 @@ from clarke_gym.representations import Representation
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Goal, Task
 
+FARTHEST_GOAL = 1.05
+"""Farthest place of a goal that is taken, over the robot's length: a little more than its reach."""
+
 RENDER_MODES = ("rgb_array", "depth_array")
 """Modes of the environments themselves."""
 
@@ -188,5 +191,14 @@ def check_options(
         raise ValueError(
             f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
             f"{options['goal']!r}"
+        )
+    places = [k for k, label in enumerate(goal.labels[goal.shown]) if label[0] in "xyz"]
+    points = (
+        (given / goal.observed_scale)[..., places].reshape(-1, 3) if places else np.zeros((1, 3))
+    )
+    farthest = float(np.linalg.norm(points, axis=1).max())
+    if farthest > FARTHEST_GOAL:
+        raise ValueError(
+            f"options['goal'] lies {farthest:.3g} lengths of the robot from its base, out of reach"
         )
     return np.broadcast_to(given, (rows, size))

@@ -104,6 +104,11 @@ class Goal:
         return np.asarray(self.scale, np.float64)[()]
 
     @property
+    def observed_scale(self) -> Any:
+        """The divisor of the numbers that sensors see: one, or one each."""
+        return self.divisor if np.ndim(self.divisor) == 0 else self.divisor[self.shown]
+
+    @property
     def is_position(self) -> bool:
         """Whether a controller that steers the tip to a point can reach it."""
         return self.labels[self.shown] == ("x", "y", "z")
