@@ -192,11 +192,8 @@ def check_options(
             f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
             f"{options['goal']!r}"
         )
-    places = [k for k, label in enumerate(goal.labels[goal.shown]) if label[0] in "xyz"]
-    points = (
-        (given / goal.observed_scale)[..., places].reshape(-1, 3) if places else np.zeros((1, 3))
-    )
-    farthest = float(np.linalg.norm(points, axis=1).max())
+    points = (given / goal.observed_scale)[..., goal.positions]
+    farthest = float(np.linalg.norm(points, axis=-1).max(initial=0.0))
     if farthest > FARTHEST_GOAL:
         raise ValueError(
             f"options['goal'] lies {farthest:.3g} lengths of the robot from its base, out of reach"
