@@ -75,6 +75,8 @@ class Study:
     """Processes; by default one a core."""
     out: Path | None = None
     """Study folder; by default runs/<name>."""
+    dry_run: bool = False
+    """Say what would be done, and the CPU hours that earlier runs suggest; write nothing."""
     set: dict[str, str] = field(default_factory=dict)
     """Other settings, e.g. --set base.total_steps 20480."""
     plugins: list[str] = field(default_factory=list)
@@ -160,12 +162,15 @@ def _play(command: Play) -> int:
 def _study(command: Study) -> int:
     from agents.learning.config import load_config
     from agents.studies.config import StudyConfig
-    from agents.studies.study import run_study
+    from agents.studies.study import plan, run_study
 
     config = load_config(StudyConfig, _found(command.config), dict(command.set))
     folder = command.out or RUNS / config.name
     if command.workers is not None and command.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {command.workers}")
+    if command.dry_run:
+        print(plan(config, folder))
+        return 0
     ends = run_study(config, folder, command.workers)
     lost = [f"{ends[kind]} runs {kind}" for kind in ("failed", "unfinished") if ends[kind]]
     if ends["unfinished"]:

@@ -10,6 +10,7 @@ import pytest
 from clarke_gym.envs.config import all_keywords
 from clarke_gym.registration import ENVIRONMENTS, make_vector_env
 from clarke_gym.representations import representation_names
+from clarke_gym.representations.instruments import INSTRUMENTS
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
@@ -50,8 +51,11 @@ def test_every_representation_is_named():
     published = [name for name in representation_names() if re.search(r"_20\d\d$", name)]
     assert any(f"`{name}`" in ENVIRONMENTS_PAGE for name in published)
     ours = {name for name in representation_names() if not name.endswith("_doctest")}
-    for name in ours - set(published):
+    for name in ours - set(published) - set(INSTRUMENTS):
         assert f"`{name}`" in ENVIRONMENTS_PAGE, name
+    study = (ROOT / "docs" / "why_clarke.md").read_text()
+    for name in INSTRUMENTS:  # of the study alone
+        assert f"`{name}`" in study, name
 
 
 def test_code_of_the_readme_runs_and_learns(monkeypatch):

@@ -42,6 +42,11 @@ class Settings(Model):
         """Return the environment steps between two updates of the policy."""
         raise NotImplementedError
 
+    @property
+    def manifold(self) -> dict[str, Any]:
+        """Settings of a `ManifoldPolicy`; empty where Stable-Baselines3's own policy learns."""
+        return {}
+
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with the environments."""
         del num_envs, goal_env
@@ -74,6 +79,33 @@ class PPOSettings(Settings):
     log_std_init: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """Logarithm of the initial exploration noise of each action coordinate."""
     net_arch: Layers = [64, 64]
+    mean_gain: PositiveFloat | Literal["matched"] = Field(
+        default=1.0, exclude_if=lambda gain: gain == 1.0
+    )
+    """What the network's output is multiplied by to give the mean of the actions; matched: so that
+    a step of the optimiser moves it on the manifold as it does in Clarke coordinates."""
+    likelihood: Literal["joint", "marginal"] = Field(
+        default="joint", exclude_if=lambda name: name == "joint"
+    )
+    """Whether ratio, KL and entropy are those of the action, or of what reaches the manifold."""
+    noise: Literal["coordinates", "manifold"] = Field(
+        default="coordinates", exclude_if=lambda name: name == "coordinates"
+    )
+    """Whether noise is drawn for each number of the action, or on the manifold alone (then
+    `log_std_init` is in Clarke coordinates, and `likelihood` must be marginal)."""
+
+    @property
+    def manifold(self) -> dict[str, Any]:
+        """Settings of a `ManifoldPolicy`; empty where Stable-Baselines3's own policy learns."""
+        # Those at their defaults are left out.
+        return self.model_dump(include={"mean_gain", "likelihood", "noise"})
+
+    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+        """Return what of these settings does not go with each other or the environments."""
+        del num_envs, goal_env
+        if self.noise == "manifold" and self.likelihood == "joint":
+            return ["noise=manifold has no joint likelihood: it needs likelihood=marginal"]
+        return []
 
     def steps_per_update(self, num_envs: int) -> int:
         """Return the environment steps between two updates of the policy."""
@@ -82,7 +114,8 @@ class PPOSettings(Settings):
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
         """Return the keyword arguments of the class."""
         del sizes  # PPO has no setting that depends on the robot
-        fields = self.model_dump(exclude={"name", "net_arch", "log_std_init"})
+        own = {"name", "net_arch", "log_std_init", "mean_gain", "likelihood", "noise"}
+        fields = self.model_dump(exclude=own)
         return fields | {
             "policy_kwargs": {"net_arch": self.net_arch, "log_std_init": self.log_std_init}
         }

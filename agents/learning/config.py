@@ -13,6 +13,7 @@ from agents.files import ROOT, ConfigError
 from agents.learning.algorithms import ALGORITHMS, AlgoSettings, Model, PPOSettings, Settings
 from agents.plugins import import_plugins
 from agents.yaml_files import parse_yaml, read_yaml
+from clarke_gym.representations.registry import POLAR
 
 Scalar = bool | int | float | str
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)]
@@ -100,6 +101,10 @@ class TrainConfig(WithPlugins):
     def _on_the_grid(self) -> TrainConfig:
         goal_env = self.env.kwargs.get("goal_env") is True
         problems = self.algo.problems(self.env.num_envs, goal_env)
+        kwargs = self.env.kwargs
+        actions = kwargs.get("action_representation") or kwargs.get("representation")
+        if self.algo.manifold and actions in POLAR:
+            problems.append(f"{', '.join(self.algo.manifold)} need linear actions, not {actions}")
         update = self.algo.steps_per_update(self.env.num_envs)
         every, checkpoints = self.evaluation.every_steps, self.checkpoint_every_steps
         if every % update or checkpoints % update:

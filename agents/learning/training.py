@@ -17,23 +17,35 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.torch_layers import CombinedExtractor
 
 from agents import files, yaml_files
 from agents.files import CONFIG, DONE, EVALS, FAILED, MANIFEST, ConfigError
-from agents.learning import checkpoint, policies
+from agents.learning import checkpoint, diagnostics, policies
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
 from agents.learning.evaluation import SEEDS_PER_RUN, HeldOutEvaluation, PolicyAgent
+from agents.learning.manifold_policy import ManifoldPolicy
 from agents.metrics import FILE as METRICS_FILE
 from agents.metrics import metrics_text
 from agents.plugins import import_plugins
 from clarke_gym.integrations.sb3 import Sb3VecEnv, make_sb3_vec_env
+from clarke_gym.numerics.arrays import FloatArray
 
 ProgressHook = Callable[[int], object]
 """Called with the number of environment steps done since the last call."""
 
 PROGRESS, LOGS = "progress.csv", "tensorboard"
-RESULTS = (CONFIG, METRICS_FILE, EVALS, PROGRESS, policies.TENSORS, policies.ABOUT)
+RESULTS = (
+    CONFIG,
+    METRICS_FILE,
+    EVALS,
+    PROGRESS,
+    diagnostics.FILE,
+    policies.TENSORS,
+    policies.ABOUT,
+)
 """What a finished run is, hashed in its manifest."""
 
 
@@ -42,7 +54,7 @@ class LearningFailure(RuntimeError):
 
 
 class _Recorder(BaseCallback):
-    """Evaluates and checkpoints between rollouts, on a fixed grid of environment steps."""
+    """Evaluates, diagnoses and checkpoints between rollouts, on a fixed grid of steps."""
 
     def __init__(
         self,
@@ -62,7 +74,12 @@ class _Recorder(BaseCallback):
         self._rows: list[dict[str, float]] = progress.get("rows", [])
         self._wall_0 = time.perf_counter() - progress.get("wall_s", 0.0)
         self._cpu_0 = time.process_time() - progress.get("cpu_s", 0.0)
+        self._inside: diagnostics.Rows = progress.get("diagnostics", {})
         self._reported = self._steps[-1] if self._steps else 0
+
+    def _init_callback(self) -> None:
+        self._diagnostics = diagnostics.Diagnostics(self.model, self._vec_env, self._inside)
+        self._each_update = isinstance(self.model, OnPolicyAlgorithm)
 
     @property
     def wall_s(self) -> float:
@@ -80,10 +97,19 @@ class _Recorder(BaseCallback):
     def _on_rollout_start(self) -> None:
         self._hook(self.num_timesteps - self._reported)
         self._reported = self.num_timesteps
+        self.diagnose()
         if self.num_timesteps % self._config.evaluation.every_steps == 0:
             self.evaluate()
         if self.num_timesteps and self.num_timesteps % self._config.checkpoint_every_steps == 0:
             self.save()
+
+    def _on_rollout_end(self) -> None:
+        self._diagnostics.after_rollout()
+
+    def diagnose(self) -> None:
+        """Record the last update; algorithms that update at every step do so at evaluations."""
+        if self._each_update or self.num_timesteps % self._config.evaluation.every_steps == 0:
+            self._diagnostics.after_update()
 
     def save(self) -> None:
         """Write a checkpoint."""
@@ -91,6 +117,7 @@ class _Recorder(BaseCallback):
             "steps": self._steps,
             "evals": self._evals,
             "rows": self._rows,
+            "diagnostics": self._inside,
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
         }
@@ -123,11 +150,13 @@ class _Recorder(BaseCallback):
         self.logger.dump(self.num_timesteps)
 
     def write_results(self) -> None:
-        """Write evals.npz, what its metrics are, and progress.csv."""
+        """Write evals.npz, what its metrics are, diagnostics.npz and progress.csv."""
         files.write_text(self._folder / METRICS_FILE, metrics_text(self._evaluation.metrics))
         arrays = {name: np.stack([e[name] for e in self._evals]) for name in self._evals[0]}
         arrays = {"env_steps": np.array(self._steps, np.int64), **arrays}
         files.write_bytes(self._folder / EVALS, files.npz_bytes(arrays))
+        inside = self._diagnostics.arrays()
+        files.write_bytes(self._folder / diagnostics.FILE, files.npz_bytes(inside))
         text = io.StringIO()
         writer = csv.DictWriter(text, fieldnames=list(self._rows[-1]), lineterminator="\n")
         writer.writeheader()
@@ -145,6 +174,22 @@ def make_training_env(config: TrainConfig) -> Sb3VecEnv:
     return make_sb3_vec_env(config.env.id, config.env.num_envs, **config.env.kwargs)
 
 
+def onto_manifold(vec_env: Sb3VecEnv) -> FloatArray:
+    """Return the map M, shape (2 segments, K), from actions to their Clarke coordinates.
+
+    Raises
+    ------
+    ValueError
+        If the representation of the actions is not linear.
+    """
+    env: Any = vec_env.env.unwrapped
+    representation = env.action_representation
+    if representation.polar:
+        raise ValueError(f"actions in {representation.name!r} are no linear map of the manifold")
+    onto: FloatArray = env.robot.encoder @ representation.decoder
+    return onto
+
+
 def make_model(config: TrainConfig, vec_env: Sb3VecEnv) -> BaseAlgorithm:
     """Return an untrained SB3 model for the run."""
     robot = vec_env.env.unwrapped.robot  # type: ignore[attr-defined]
@@ -155,7 +200,14 @@ def make_model(config: TrainConfig, vec_env: Sb3VecEnv) -> BaseAlgorithm:
     if "action_noise" in arguments:
         sigma = np.full(action_size, arguments["action_noise"])
         arguments["action_noise"] = NormalActionNoise(np.zeros(action_size), sigma)
-    policy = "MultiInputPolicy" if hasattr(vec_env.observation_space, "spaces") else "MlpPolicy"
+    many = hasattr(vec_env.observation_space, "spaces")
+    policy: Any = "MultiInputPolicy" if many else "MlpPolicy"
+    if config.algo.manifold:
+        policy = ManifoldPolicy
+        settings = {"onto": onto_manifold(vec_env), **config.algo.manifold}
+        arguments["policy_kwargs"] |= {"manifold": settings}
+        if many:
+            arguments["policy_kwargs"]["features_extractor_class"] = CombinedExtractor
     model_class: Any = ALGORITHMS[config.algo.name].load_class()
     model: BaseAlgorithm = model_class(policy, vec_env, seed=config.seed, device="cpu", **arguments)
     # SB3 has seeded the environments seed, seed + 1, ...: neighbouring runs would share episodes.
@@ -207,7 +259,8 @@ def _keep_result(folder: Path, kept: Path) -> None:
     part = Path(tempfile.mkdtemp(dir=folder, prefix=files.PART))
     (part / policies.FOLDER).mkdir()
     for name in (*RESULTS, MANIFEST, DONE):
-        files.write_bytes(part / name, (folder / name).read_bytes())
+        if (folder / name).exists():  # older runs have no diagnostics
+            files.write_bytes(part / name, (folder / name).read_bytes())
     part.chmod(0o755)
     part.rename(kept)
     files.fsync_folder(folder)
@@ -293,6 +346,7 @@ def _learn(config: TrainConfig, model: BaseAlgorithm, recorder: _Recorder) -> No
                 log_interval=10,
             )
         recorder.num_timesteps = model.num_timesteps
+        recorder.diagnose()
         recorder.evaluate()
         recorder.save()
     except ValueError as error:  # torch and the environment refuse what is not finite

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 
 from agents.reporting.summary import Summary
-from agents.reporting.tables import Rows, arm_table, comparison_table
+from agents.reporting.tables import Rows, arm_table, comparison_table, trend_table
 from agents.reporting.wording import answer, reporting_block, verdict, warnings
 
 CSS = """
@@ -29,7 +29,7 @@ p { margin: .4rem 0; max-width: 68ch; }
 .answers { list-style: none; margin: 1.2rem 0; padding: 0; }
 .answers li { padding: .7rem 1rem; margin: .5rem 0; background: var(--card); border-radius: .5rem; }
 .answers p { max-width: none; margin: .1rem 0; }
-.faster { color: var(--good); } .slower { color: var(--bad); }
+.better { color: var(--good); } .worse { color: var(--bad); }
 figure { margin: 1.2rem 0; }
 figure img { display: block; max-width: 100%; height: auto; background: #fff; padding: .4rem;
   border: 1px solid var(--line); border-radius: .5rem; }
@@ -59,11 +59,21 @@ DEFINITIONS = (
         "back later; known to the spacing of the evaluations",
     ),
     ("Speed-up", "restricted mean steps of the baseline divided by those of the arm"),
+    (
+        "First crossing, sustained",
+        "steps to the first evaluation at the threshold, and to the one after which none falls "
+        "below it",
+    ),
+    (
+        "≤, ≥, ?",
+        "runs that never got there count with the budget, so the ratio of steps is a bound: the "
+        "true one is smaller, larger, or could be either where both arms have such runs",
+    ),
     ("P(better)", "chance that a random seed has a higher AUC than one of the baseline; ties half"),
     (
         "Verdict",
-        "“faster” or “slower” only if the intervals of both the speed-up and the AUC difference "
-        "exclude no difference, on the same side; “mixed” if only one does or they disagree",
+        "“better” or “worse” only if the interval of the AUC difference excludes no difference; "
+        "AUC of success is the primary score, steps to the threshold are secondary",
     ),
     (
         "p-values",
@@ -146,6 +156,8 @@ def page(summary: Summary, pictures: Iterable[Picture]) -> str:
     compared = ""
     if summary.comparisons:
         compared = _table(comparison_table(summary), f"Against the baseline {study.baseline}")
+    if summary.trends:
+        compared += _table(trend_table(summary), "How the difference grows with n")
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>

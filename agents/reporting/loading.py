@@ -232,4 +232,5 @@ def load_study(study_dir: Path) -> Study:
         arms=arms,
         env_steps=grid,
         references=_load_references(path.parent / "references.json"),
+        registered=str(data.get("registered") or ""),
     )

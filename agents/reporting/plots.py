@@ -167,11 +167,10 @@ def _forest(ax: Axes, rows: list[Comparison], value: Callable[[Comparison], Inte
 
 
 def forest(summary: Summary, footer: str) -> bytes | None:
-    """Speed-up and probability of improvement over the baseline, per task and averaged."""
+    """Difference in AUC and speed-up over the baseline, per task and averaged."""
     rows = [*summary.comparisons, *summary.pooled]
     if not rows:
         return None
-    base = summary.study.baseline
     with house_style():
         panel = Panel(
             f"Against {summary.study.baseline}: estimate with 95 % CI, right of the line is better",
@@ -180,21 +179,20 @@ def forest(summary: Summary, footer: str) -> bytes | None:
             columns=2,
             cell=(4.2, 0.9 + 0.27 * len(rows)),
         )
-        speed, better = panel.axes[0]
+        area, speed = panel.axes[0]
+        _forest(area, rows, lambda row: row.auc_difference)
         _forest(speed, rows, lambda row: row.speed_up)
-        _forest(better, rows, lambda row: row.p_better)
         names = [f"{row.task} · {row.representation}" for row in rows]
-        speed.set_yticks(range(len(rows)), names)
-        better.set_yticks(range(len(rows)), [""] * len(rows))
+        area.set_yticks(range(len(rows)), names)
+        speed.set_yticks(range(len(rows)), [""] * len(rows))
         ends = [v for r in rows for v in (r.speed_up.estimate, r.speed_up.low, r.speed_up.high)]
         reach = max([np.log(2), *(abs(np.log(v)) for v in ends if 0 < v < np.inf)])
         log_axis(speed.xaxis)
         speed.set_xlim(np.exp(-1.08 * reach), np.exp(1.08 * reach))
         speed.set_xlabel("speed-up (restricted mean steps)")
-        better.set_xlabel(f"P(better than {base}), by AUC of success")
-        better.set_xlim(-0.03, 1.03)
+        area.set_xlabel("difference in AUC of success (primary)")
         speed.axvline(1, color=INK, lw=0.8)
-        better.axvline(0.5, color=INK, lw=0.8)
+        area.axvline(0, color=INK, lw=0.8)
         return panel.png()
 
 
@@ -232,13 +230,15 @@ def _levels(values: Array) -> tuple[Array, bool]:
     return np.geomspace(low, max(high, 1.1 * low), 80), True
 
 
-def profiles(summary: Summary, footer: str) -> bytes:
+def profiles(summary: Summary, footer: str) -> bytes | None:
     """Draw performance profiles of the final leading metric over the goals of every run.
 
     A metric gets worse towards the worst value that its task declares, be it high or low; a failed
     run never reaches any level.
     """
     study = summary.study
+    if not study.per_goal:
+        return None
     with house_style():
         title = f"Performance profile of the final {metric_text(study)}: mean over seeds, 95 % band"
         panel, stacks = _panel(summary, footer, title)

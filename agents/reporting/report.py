@@ -9,7 +9,7 @@ from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
 from agents.reporting.html import Picture, page
 from agents.reporting.loading import load_study
-from agents.reporting.results import ResultsError
+from agents.reporting.results import ResultsError, Study
 from agents.reporting.summary import Summary, summarise
 from agents.reporting.tables import (
     arm_table,
@@ -19,6 +19,7 @@ from agents.reporting.tables import (
     markdown,
     plain,
     runs_csv,
+    trend_table,
 )
 from agents.reporting.wording import answer, footer, metric_text, reporting_block, warnings
 
@@ -38,8 +39,8 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
     ),
     (
         "forest",
-        "Speed-up and probability of improvement over the baseline, with 95 % intervals, per task "
-        "and over all tasks.",
+        "Difference in AUC of success to the baseline, the primary score, and speed-up to the "
+        "threshold, with 95 % intervals, per task and over all tasks.",
         plots.forest,
     ),
     (
@@ -81,6 +82,7 @@ def _markdown(summary: Summary) -> str:
     parts += [f"> {plain(text)}" for text in warnings(summary)]
     parts += [markdown(arm_table(summary))]
     parts += [markdown(comparison_table(summary))] if summary.comparisons else []
+    parts += [markdown(trend_table(summary))] if summary.trends else []
     parts += [markdown([["Reporting", ""], *map(list, reporting_block(summary).items())])]
     return "\n\n".join(parts) + "\n"
 
@@ -117,7 +119,17 @@ def write_report(
     """
     study_dir = Path(study_dir)
     out_dir = study_dir / "report" if out_dir is None else Path(out_dir)
-    summary = summarise(load_study(study_dir), seed=seed, reps=reps)
+    return write_study(load_study(study_dir), out_dir, reps=reps, seed=seed)
+
+
+def table_page(study: Study, *, reps: int = REPS, seed: int = 0) -> str:
+    """Return ``table.md`` of a study."""
+    return _markdown(summarise(study, seed=seed, reps=reps))
+
+
+def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0) -> Path:
+    """As `write_report`, for a study that is loaded already."""
+    summary = summarise(study, seed=seed, reps=reps)
     line = footer(summary)
     tasks = ", ".join(summary.study.tasks)
     pictures = []

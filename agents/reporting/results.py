@@ -95,6 +95,8 @@ class Study:
     arms: tuple[Arm, ...]
     env_steps: NDArray[np.int64]
     references: Mapping[str, Reference]
+    registered: str = ""  # SHA-256 of what was preregistered
+    per_goal: bool = True  # False where metrics are known as means over goals alone
 
     @property
     def runs(self) -> list[Run]:

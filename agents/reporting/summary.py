@@ -3,13 +3,17 @@
 The primary score of a run is its normalised AUC of the success rate over environment steps.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from agents.reporting.bootstrap import NO_INTERVAL, Array, Interval
+from agents.reporting.bootstrap import NO_INTERVAL, Array, Interval, bootstrap
 from agents.reporting.results import Arm, Study
+from agents.reporting.small_samples import ENOUGH, iqm_difference_t, iqm_t, mean_ratio_t, mean_t
 from agents.reporting.statistics import (
     auc,
     holm,
@@ -25,6 +29,7 @@ from agents.reporting.survival import (
     median_steps,
     restricted_mean_interval,
     speed_up,
+    sustained_crossing,
 )
 
 ALL_TASKS = "all tasks"
@@ -37,8 +42,10 @@ class Runs:
 
     auc: Array  # (n,)
     final_success: Array  # (n,)
-    steps: Array  # (n,), censored at the budget
-    reached: Array  # (n,), 1 where the threshold was reached
+    steps: Array  # (n,), to the first crossing of the threshold, censored at the budget
+    reached: NDArray[np.bool_]  # (n,), where the threshold was reached
+    sustained: Array  # (n,), to the crossing after which no evaluation falls below it
+    stayed: NDArray[np.bool_]  # (n,), where there is one
 
 
 @dataclass(frozen=True)
@@ -81,15 +88,59 @@ class Comparison:
     auc_difference: Interval
     p_better: Interval
     reached: tuple[int, int]  # runs that reached the threshold: representation, baseline
+    censored: tuple[int, int] = (0, 0)  # runs that did not
+    sustained_speed_up: Interval = NO_INTERVAL  # by the crossings after which success stays
+    never_stayed: tuple[int, int] = (0, 0)
     welch_p: float = float("nan")  # Holm-adjusted over the report's family of comparisons
     logrank_p: float = float("nan")
 
     @property
     def steps_ratio(self) -> Interval:
-        """Fraction of the baseline's steps that the representation needs."""
-        with np.errstate(divide="ignore"):
-            ends = np.reciprocal([self.speed_up.estimate, self.speed_up.high, self.speed_up.low])
-        return Interval(*map(float, ends))
+        """Fraction of the baseline's steps that the representation needs to cross first."""
+        return _inverse(self.speed_up)
+
+    @property
+    def sustained_ratio(self) -> Interval:
+        """Fraction of the baseline's steps that the representation needs to stay above."""
+        return _inverse(self.sustained_speed_up)
+
+
+def _inverse(ratio: Interval) -> Interval:
+    with np.errstate(divide="ignore"):
+        return Interval(*map(float, np.reciprocal([ratio.estimate, ratio.high, ratio.low])))
+
+
+def bound(censored: tuple[int, int]) -> str:
+    """Return what censored runs make of a ratio of steps, representation over baseline.
+
+    Parameters
+    ----------
+    censored : (int, int)
+        Runs of the representation and of the baseline that never got there. They count with the
+        budget, which is less than they would need.
+
+    Returns
+    -------
+    str
+        "", "≥" (the true ratio is larger), "≤", or "?" where both arms have such runs.
+
+    Examples
+    --------
+    >>> bound((0, 0)), bound((0, 3)), bound((2, 0)), bound((1, 1))
+    ('', '≤', '≥', '?')
+    """
+    ours, theirs = (count > 0 for count in censored)
+    return {(False, False): "", (False, True): "≤", (True, False): "≥", (True, True): "?"}[
+        ours, theirs
+    ]
+
+
+@dataclass(frozen=True)
+class Trend:
+    """How the difference in AUC of a representation to the baseline grows over tasks "n = N"."""
+
+    representation: str
+    slope: Interval  # for each doubling of n
 
 
 @dataclass(frozen=True)
@@ -102,6 +153,7 @@ class Summary:
     pooled: tuple[Comparison, ...]  # over all tasks; empty for a single task
     reps: int
     seed: int
+    trends: tuple[Trend, ...] = ()
 
     @property
     def mean_seeds(self) -> float:
@@ -124,23 +176,34 @@ class Summary:
 def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary:
     """Compute the statistics of one arm."""
     success = study.success(arm)
-    steps, reached = first_crossing(study.env_steps, success, study.threshold)
-    runs = Runs(auc(study.env_steps, success), success[:, -1], steps, reached.astype(float))
+    grid, level = study.env_steps, study.threshold
+    steps, reached = first_crossing(grid, success, level)
+    sustained, stayed = sustained_crossing(grid, success, level)
+    runs = Runs(auc(grid, success), success[:, -1], steps, reached, sustained, stayed)
 
-    def over(scores: Array) -> Interval:
-        return iqm_interval([scores], seed=seed, reps=reps) if len(scores) else NO_INTERVAL
+    def over(scores: Array, within: tuple[float, float] = (-np.inf, np.inf)) -> Interval:
+        if not len(scores):
+            return NO_INTERVAL
+        if len(scores) < ENOUGH:
+            found = iqm_t(scores)
+            low, high = np.clip([found.low, found.high], *within)
+            return Interval(found.estimate, float(low), float(high))
+        return iqm_interval([scores], seed=seed, reps=reps)
 
     some = len(success) > 0
+    steps_interval = NO_INTERVAL
+    if some and len(steps) < ENOUGH:
+        steps_interval = mean_t(steps)
+    elif some:
+        steps_interval = restricted_mean_interval([steps], seed=seed, reps=reps)
     return ArmSummary(
         arm=arm,
         runs=runs,
-        auc=over(runs.auc),
-        final_success=over(runs.final_success),
+        auc=over(runs.auc, (0.0, 1.0)),
+        final_success=over(runs.final_success, (0.0, 1.0)),
         gap=optimality_gap([runs.final_success], seed=seed, reps=reps) if some else NO_INTERVAL,
         metrics={m.name: over(study.curves(arm, m)[:, -1]) for m in arm.metrics},
-        restricted_steps=restricted_mean_interval([steps], seed=seed, reps=reps)
-        if some
-        else NO_INTERVAL,
+        restricted_steps=steps_interval,
         median_steps=median_steps(steps, reached) if some else float("nan"),
     )
 
@@ -151,14 +214,30 @@ def _compare(
     """Compare (representation, baseline) pairs, one for each task."""
     other, base = [[pair[i].runs for pair in pairs] for i in (0, 1)]
     aucs = [runs.auc for runs in other], [runs.auc for runs in base]
+    few = len(pairs) == 1 and min(len(aucs[0][0]), len(aucs[1][0])) < ENOUGH
+    settings: Any = {"seed": seed, "reps": reps}
+
+    def faster(ours: list[Array], theirs: list[Array]) -> Interval:
+        if few:
+            return mean_ratio_t(theirs[0], ours[0])
+        return speed_up(theirs, ours, **settings)
+
+    def missed(of: Callable[[Runs], NDArray[np.bool_]]) -> tuple[int, int]:
+        return tuple(int(sum((~of(r)).sum() for r in arm)) for arm in (other, base))  # type: ignore[return-value]
+
     return Comparison(
         task=task,
         representation=pairs[0][0].arm.representation,
         baseline=pairs[0][1].arm.representation,
-        speed_up=speed_up([r.steps for r in base], [r.steps for r in other], seed=seed, reps=reps),
-        auc_difference=iqm_difference(*aucs, seed=seed, reps=reps),
-        p_better=probability_of_improvement(*aucs, seed=seed, reps=reps),
+        speed_up=faster([r.steps for r in other], [r.steps for r in base]),
+        auc_difference=iqm_difference_t(aucs[0][0], aucs[1][0])
+        if few
+        else iqm_difference(*aucs, **settings),
+        p_better=probability_of_improvement(*aucs, **settings),
         reached=(sum(p[0].reached for p in pairs), sum(p[1].reached for p in pairs)),
+        censored=missed(lambda r: r.reached),
+        sustained_speed_up=faster([r.sustained for r in other], [r.sustained for r in base]),
+        never_stayed=missed(lambda r: r.stayed),
     )
 
 
@@ -205,4 +284,36 @@ def summarise(study: Study, *, seed: int, reps: int) -> Summary:
             shared = [pair for pair in pairs if pair[0].arm.representation == name]
             if len(shared) > 1:
                 pooled.append(_compare(ALL_TASKS, shared, seed=seed, reps=reps))
-    return replace(summary, comparisons=_with_tests(single, pairs), pooled=tuple(pooled))
+    return replace(
+        summary,
+        comparisons=_with_tests(single, pairs),
+        pooled=tuple(pooled),
+        trends=tuple(_trends(study, pairs, seed=seed, reps=reps)),
+    )
+
+
+_COUNT = re.compile(r"n = ([0-9]+)")
+
+
+def _trends(
+    study: Study, pairs: list[tuple[ArmSummary, ArmSummary]], *, seed: int, reps: int
+) -> Iterator[Trend]:
+    """Yield slopes over log2(n) where tasks are labelled "n = N"; seeds stay together."""
+    for name in study.representations:
+        shared = [
+            (int(match[1]), x.runs.auc, y.runs.auc)
+            for x, y in pairs
+            if x.arm.representation == name and (match := _COUNT.fullmatch(x.arm.task))
+        ]
+        if len(shared) < 3:
+            continue
+        doublings = np.log2([n for n, _, _ in shared])
+        away = doublings - doublings.mean()
+        weights = away / (away @ away)
+
+        def slope(ours: list[Array], theirs: list[Array], weights: Array = weights) -> Array:
+            means = [x.mean(axis=1) - y.mean(axis=1) for x, y in zip(ours, theirs, strict=True)]
+            return np.asarray(weights @ np.array(means))
+
+        ours, theirs = [x for _, x, _ in shared], [y for _, _, y in shared]
+        yield Trend(name, bootstrap(slope, ours, theirs, seed=seed, reps=reps))

@@ -49,6 +49,26 @@ def first_crossing(
     return np.where(reached, x[above.argmax(axis=1)], x[-1]), reached
 
 
+def sustained_crossing(
+    env_steps: ArrayLike, curves: ArrayLike, threshold: float
+) -> tuple[Array, NDArray[np.bool_]]:
+    """First evaluation from which on each curve stays at or above the threshold.
+
+    Parameters and returns are those of `first_crossing`; a curve that is below at the last
+    evaluation never got there.
+
+    Examples
+    --------
+    >>> curves = [[0, 0.9, 0.5, 0.9], [0, 0.9, 0.9, 1.0], [0, 0.9, 0.9, 0.8]]
+    >>> steps, reached = sustained_crossing([0, 10, 20, 30], curves, 0.9)
+    >>> steps.tolist(), reached.tolist()
+    ([30.0, 10.0, 30.0], [True, True, False])
+    """
+    above = np.asarray(curves, float) >= threshold
+    to_the_end = np.minimum.accumulate(above[:, ::-1], axis=1)[:, ::-1]
+    return first_crossing(env_steps, to_the_end, 1.0)
+
+
 def _censored(steps: ArrayLike, reached: ArrayLike) -> stats.CensoredData:
     return stats.CensoredData.right_censored(
         np.asarray(steps, float), ~np.asarray(reached, dtype=bool)

@@ -12,7 +12,7 @@ import numpy as np
 from agents.reporting.bootstrap import NO_INTERVAL, Interval
 from agents.reporting.results import Study
 from agents.reporting.summary import ArmSummary, Summary
-from agents.reporting.wording import DASH, number, with_interval
+from agents.reporting.wording import DASH, number, steps_text, with_interval
 
 Rows = list[list[str]]
 
@@ -44,14 +44,24 @@ def arm_table(summary: Summary) -> Rows:
 
 def comparison_table(summary: Summary) -> Rows:
     """One row for each comparison with the baseline, after a row of headings."""
-    heading = ["Task", "Representation", "Speed-up [CI]", "Steps ratio [CI]"]
-    heading += ["AUC difference [CI]", "P(better) [CI]", "Welch p (Holm)", "Log-rank p (Holm)"]
+    heading = ["Task", "Representation", "AUC difference [CI]", "Welch p (Holm)", "P(better) [CI]"]
+    heading += ["Steps ratio, first crossing [CI]", "Steps ratio, sustained [CI]"]
+    heading += ["Log-rank p (Holm)"]
     rows = [heading]
     for c in (*summary.comparisons, *summary.pooled):
-        row = [c.task, c.representation, with_interval(c.speed_up), with_interval(c.steps_ratio)]
-        row += [with_interval(c.auc_difference, 3, sign=True), with_interval(c.p_better)]
-        rows.append([*row, number(c.welch_p, 4), number(c.logrank_p, 4)])
+        row = [c.task, c.representation, with_interval(c.auc_difference, 3, sign=True)]
+        row += [number(c.welch_p, 4), with_interval(c.p_better)]
+        row += [steps_text(c.steps_ratio, c.censored)]
+        row += [steps_text(c.sustained_ratio, c.never_stayed)]
+        rows.append([*row, number(c.logrank_p, 4)])
     return rows
+
+
+def trend_table(summary: Summary) -> Rows:
+    """One row for each slope over the number of tendons, after a row of headings."""
+    heading = ["Representation", "AUC difference for each doubling of n [CI]"]
+    rows = [[t.representation, with_interval(t.slope, 3, sign=True)] for t in summary.trends]
+    return [heading, *rows]
 
 
 def plain(text: str) -> str:
@@ -116,8 +126,9 @@ def _records(summary: Summary) -> Iterable[dict[str, object]]:
         }
         c = found.get((s.arm.task, s.arm.representation))
         if c:
-            record |= _ends("speed_up", c.speed_up) | _ends("auc_difference", c.auc_difference)
-            record |= _ends("p_better", c.p_better)
+            record |= _ends("auc_difference", c.auc_difference) | _ends("p_better", c.p_better)
+            record |= _ends("speed_up", c.speed_up)
+            record |= _ends("sustained_speed_up", c.sustained_speed_up)
             record |= {"welch_p_holm": c.welch_p, "logrank_p_holm": c.logrank_p}
         yield record
 

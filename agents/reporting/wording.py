@@ -4,7 +4,8 @@ import math
 
 from agents.reporting.bootstrap import LEVEL, Interval
 from agents.reporting.results import Study
-from agents.reporting.summary import ALL_TASKS, SMOKE_SEEDS, Comparison, Summary
+from agents.reporting.small_samples import ENOUGH
+from agents.reporting.summary import ALL_TASKS, SMOKE_SEEDS, Comparison, Summary, bound
 
 NAMES = {
     "raw": "raw tendon space",
@@ -61,15 +62,24 @@ def with_interval(interval: Interval, digits: int = 2, sign: bool = False) -> st
 
 
 def verdict(row: Comparison) -> str:
-    """Return one or two words: an effect needs both intervals clear of no difference, same side."""
-    steps, area = row.speed_up, row.auc_difference
-    if not (steps.known and area.known):
+    """Return one to three words: AUC of success decides, as declared."""
+    area = row.auc_difference
+    if not area.known:
         return "No interval"
-    if not (steps.excludes(1) or area.excludes(0)):
+    if not area.excludes(0):
         return "No difference shown"
-    if steps.excludes(1) and area.excludes(0) and (steps.estimate > 1) == (area.estimate > 0):
-        return "Faster" if steps.estimate > 1 else "Slower"
-    return "Mixed"
+    return "Better" if area.estimate > 0 else "Worse"
+
+
+def steps_text(ratio: Interval, censored: tuple[int, int]) -> str:
+    """Return a ratio of steps with its interval, as a bound where runs are censored.
+
+    Examples
+    --------
+    >>> steps_text(Interval(0.5, 0.4, 0.6), (0, 2)), steps_text(Interval(0.5, 0.4, 0.6), (1, 2))
+    ('≤ 0.50 [0.40, 0.60]', '? 0.50 [0.40, 0.60]')
+    """
+    return f"{bound(censored)} {with_interval(ratio)}".strip()
 
 
 def _steps_clause(row: Comparison, threshold: float, budget: int) -> str:
@@ -78,17 +88,20 @@ def _steps_clause(row: Comparison, threshold: float, budget: int) -> str:
     if not any(row.reached):
         return f"no run of either reached {goal} within {budget:,} steps"
     means = "mean over tasks of the " if row.task == ALL_TASKS else ""
-    measure = f"{means}restricted mean to {goal}"
+    measure = f"{means}restricted mean to the first {goal}"
+    limit = {"≤": "at most ", "≥": "at least ", "?": "(both arms censored) about ", "": ""}[
+        bound(row.censored)
+    ]
     if not ratio.known:
         return (
-            f"{other} needed {number(ratio.estimate)}× the environment steps of {base} "
+            f"{other} needed {limit}{number(ratio.estimate)}× the environment steps of {base} "
             f"({measure}; no interval: a single seed, so nothing can be concluded)"
         )
     ends = f"{percent(LEVEL)} CI {number(ratio.low)}–{number(ratio.high)}"
     if ratio.excludes(1):
         return (
-            f"{other} needed {number(ratio.estimate)}× the environment steps of {base} "
-            f"({measure}, {ends}; speed-up {number(row.speed_up.estimate)}×)"
+            f"{other} needed {limit}{number(ratio.estimate)}× the environment steps of {base} "
+            f"({measure}, {ends}; to stay there {number(row.sustained_ratio.estimate)}×)"
         )
     return (
         f"no difference shown between {other} and {base} in environment steps "
@@ -104,10 +117,10 @@ def answer(row: Comparison, threshold: float, budget: int) -> str:
         auc_clause = f"no difference shown in AUC of success ({difference})"
     else:
         side = "higher" if area.estimate > 0 else "lower" if area.estimate < 0 else "equal"
-        auc_clause = f"AUC of success was {side} ({difference})"
+        auc_clause = f"AUC of success of {name_of(row.representation)} was {side} ({difference})"
     chance = f"P({row.representation} > {row.baseline}) = {with_interval(row.p_better)}"
     steps = _steps_clause(row, threshold, budget)
-    return f"{steps[:1].upper()}{steps[1:]}; {auc_clause}; {chance}."
+    return f"{auc_clause[:1].upper()}{auc_clause[1:]}; {chance}; {steps}."
 
 
 def metric_text(study: Study) -> str:
@@ -122,8 +135,7 @@ def warnings(summary: Summary) -> list[str]:
     if summary.smoke:
         texts.append(
             f"Smoke result: too few seeds for a claim (mean {summary.mean_seeds:.1f} per arm; "
-            f"{SMOKE_SEEDS} is the minimum, 20 for a headline). Intervals from so few seeds are "
-            "too narrow."
+            f"{SMOKE_SEEDS} is the minimum, 20 for a headline)."
         )
     if any(arm.n == 1 for arm in summary.arms):
         texts.append("An arm with a single seed has no confidence interval; none is shown.")
@@ -189,13 +201,18 @@ def reporting_block(summary: Summary) -> dict[str, str]:
         "Tasks": ", ".join(study.tasks),
         "Evaluation": f"{'/'.join(map(str, goals))} held-out goals, {len(grid)} evaluations up to "
         f"{grid[-1]:,} steps",
-        "Intervals": f"{percent(LEVEL)} percentile bootstrap of seeds within tasks, "
+        "Primary metric": "AUC of success (declared before the runs)",
+        "Intervals": f"{percent(LEVEL)}; one task and fewer than {ENOUGH} seeds: Yuen's t for "
+        "IQMs, log-t for steps and their ratios; else, and for P(better) and gaps, the percentile "
+        "bootstrap of seeds within tasks, "
         f"{summary.reps} reps, seed {summary.seed}",
         "Tuning": study.tuning,
         "Code": code_text(study),
         "CPU hours": cpu_text(study),
         "Failures counted as zeros": str(sum(run.status == "failed" for run in counted)),
     }
+    if study.registered:
+        block["Preregistered"] = f"SHA-256 {study.registered[:12]} of question, rule and arms"
     return block | ({"Note": study.note} if study.note else {})
 
 

@@ -1,13 +1,20 @@
-"""Configuration of a study: representations x tasks x seeds of one run."""
+"""Configuration of a study: arms x tasks x seeds of one run."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from agents.files import ROOT, sha256
 from agents.learning.algorithms import Fraction, Model
 from agents.learning.config import Name, Scalar, TrainConfig, WithPlugins
+from agents.yaml_files import read_yaml
+
+COMMITTED: Path = ROOT / "configs" / "studies"
+"""Where studies are committed; their seeds are taken."""
 
 Few = 100
 """Levels of a factor at most: more do not fit a figure."""
@@ -21,6 +28,8 @@ class Variant(Model):
     """Keyword arguments of the environment."""
     algo: dict[str, Any] = Field(default={})
     """Algorithm settings."""
+    only: list[str] = Field(default=[], exclude_if=lambda labels: not labels)
+    """Of a representation: labels of the tasks that it runs on; all by default."""
 
 
 MAX_RUNS = 10_000
@@ -33,8 +42,28 @@ class Thresholds(Model):
     success: Fraction = 0.9
 
 
+class Preregistration(Model):
+    """What was decided before the first run. It is hashed into the report, with the arms."""
+
+    question: str
+    primary: Literal["auc"]
+    """The primary metric: normalised AUC of held-out success."""
+    family: str
+    """The comparisons that a p-value is adjusted over."""
+    rule: str
+    """What will be concluded from what."""
+    planned_seeds: Annotated[int, Field(gt=0)]
+    fresh: bool = True
+    """Whether the claim rests on seeds that no other committed study has used."""
+
+
 class StudyConfig(WithPlugins):
-    """Representations x tasks x seeds, all else equal."""
+    """Representations x tasks x seeds, all else equal.
+
+    An arm is one entry of `representations` on one of `tasks`: each changes keyword arguments of
+    the environment (representations of actions and of observations, robot, disturbances) and
+    settings of the learner.
+    """
 
     name: Name
     title: str
@@ -45,6 +74,7 @@ class StudyConfig(WithPlugins):
     thresholds: Thresholds = Thresholds()
     tuning: str
     """How the hyper-parameters were chosen, and with which budget."""
+    preregistration: Preregistration | None = Field(default=None, exclude_if=lambda p: p is None)
     representations: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     tasks: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     seeds: Annotated[list[int], Field(min_length=1, max_length=10_000)]
@@ -59,6 +89,10 @@ class StudyConfig(WithPlugins):
             values = [variant.label for variant in getattr(self, name)]
             if len(set(values)) != len(values):
                 raise ValueError(f"{name} must have different labels, got {values}")
+        tasks = {task.label for task in self.tasks}
+        for variant in self.representations:
+            if unknown := sorted({*variant.only} - tasks):
+                raise ValueError(f"{variant.label!r} runs only on {unknown}, which is no task")
         if len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"seeds must differ, got {self.seeds}")
         folders: dict[str, str] = {}
@@ -72,8 +106,29 @@ class StudyConfig(WithPlugins):
                 )
         if len(folders) * len(self.seeds) > MAX_RUNS:
             raise ValueError(f"{len(folders) * len(self.seeds)} runs, more than {MAX_RUNS}")
+        if self.preregistration is not None and self.preregistration.fresh:
+            self._check_fresh()
         self.runs()  # every combination must be a valid run
         return self
+
+    def _check_fresh(self) -> None:
+        """Refuse seeds of other committed studies: two claims would rest on the same runs."""
+        for path in sorted(COMMITTED.glob("*.yaml")):
+            other = read_yaml(path)
+            shared = sorted({*self.seeds} & {*other.get("seeds", [])})
+            if shared and other.get("name") != self.name:
+                raise ValueError(
+                    f"seeds {shared} are not fresh: {path.name} has used them; take others, or "
+                    "say preregistration.fresh=false"
+                )
+
+    @property
+    def registered(self) -> str | None:
+        """SHA-256 of the preregistration with arms, tasks, base and thresholds; seeds may grow."""
+        if self.preregistration is None:
+            return None
+        data = self.model_dump(mode="json", exclude={"seeds", "title", "note"})
+        return sha256(json.dumps(data, sort_keys=True).encode())
 
     def arms(self) -> list[tuple[str, Variant, Variant]]:
         """Return (folder name, representation, task) of every arm."""
@@ -81,6 +136,7 @@ class StudyConfig(WithPlugins):
             (_slug(f"{representation.label}_{task.label}"), representation, task)
             for task in self.tasks
             for representation in self.representations
+            if not representation.only or task.label in representation.only
         ]
 
     def runs(self) -> list[TrainConfig]:
@@ -112,7 +168,35 @@ class StudyConfig(WithPlugins):
             for name, representation, task in self.arms()
         ]
         data = self.model_dump(mode="json")
-        return data | {"arms": arms, "total_steps": self.base.total_steps}
+        data |= {"arms": arms, "total_steps": self.base.total_steps}
+        return data | ({"registered": self.registered} if self.registered else {})
+
+
+def growth(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
+    """Return which keys of a resolved study changed otherwise than by more arms or seeds.
+
+    Parameters
+    ----------
+    old, new : dict
+        As `StudyConfig.resolved` returns them.
+
+    Examples
+    --------
+    >>> growth({"seeds": [1], "name": "a"}, {"seeds": [1, 2], "name": "b"})
+    ['name']
+    """
+    free = {"title", "note", "arms"}
+    grows = {"representations", "tasks", "seeds"}  # arms that were registered are hashed with it
+    changed = []
+    for key in sorted({*old, *new} - free):
+        before, after = old.get(key), new.get(key)
+        if key in grows and isinstance(before, list) and isinstance(after, list):
+            if all(entry in after for entry in before):
+                continue
+        elif before == after:
+            continue
+        changed.append(key)
+    return changed
 
 
 def _slug(text: str) -> str:

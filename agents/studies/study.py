@@ -8,6 +8,7 @@ import sys
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from tqdm import tqdm
@@ -15,9 +16,9 @@ from tqdm import tqdm
 from agents import files
 from agents.files import DONE, run_folder
 from agents.learning.evaluation import HeldOutEvaluation
-from agents.studies.config import StudyConfig
+from agents.studies.config import StudyConfig, growth
 from agents.studies.executors import Job, Outcome, run_pool
-from agents.yaml_files import keep_or_write_yaml
+from agents.yaml_files import read_yaml, yaml_text
 from clarke_gym.control import make_controller
 
 STUDY, REFERENCES = "study.yaml", "references.json"
@@ -62,6 +63,79 @@ def write_references(config: StudyConfig, folder: Path) -> None:
     files.write_text(path, json.dumps(references, indent=2) + "\n")
 
 
+def keep_or_grow(path: Path, config: StudyConfig) -> None:
+    """Write study.yaml; one that is there may get more arms or seeds, and nothing else.
+
+    Arms of a preregistered study are part of what was registered: it gets more seeds alone.
+
+    Raises
+    ------
+    ConfigError
+        If the file says something else: the runs beside it belong to that.
+    """
+    wanted = config.resolved()
+    if path.exists():
+        found = read_yaml(path)
+        if found == wanted:
+            return
+        if changed := growth(found, wanted):
+            raise files.ConfigError(
+                f"{path} holds another configuration (different: {', '.join(changed)}; a study can "
+                "get more arms or seeds, a preregistered one more seeds); nothing was changed. "
+                "Choose another name or --out, or move that folder away."
+            )
+    files.write_text(path, yaml_text(wanted))
+
+
+def plan(config: StudyConfig, folder: Path) -> str:
+    """Return what a study would do: runs, CPU hours and disk, judged by finished runs around it.
+
+    Parameters
+    ----------
+    config : StudyConfig
+    folder : Path
+        ``runs/<study>``; it and the folders beside it are searched, and nothing is written.
+
+    Returns
+    -------
+    str
+        A few lines.
+    """
+    runs = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
+    todo = [run for run, path in runs if not (path / DONE).exists()]
+    rates: dict[tuple[str, bool], list[float]] = {}
+    sizes: list[int] = []
+    for done in sorted(folder.parent.glob(f"*/*/seed_*/{DONE}")):
+        try:
+            spent = json.loads((done.parent / files.MANIFEST).read_text())["cpu_s"]
+            earlier = read_yaml(done.parent / files.CONFIG)
+            key = (earlier["algo"]["name"], earlier["env"]["kwargs"].get("physics") == "mujoco")
+            rates.setdefault(key, []).append(spent / earlier["total_steps"])
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+        sizes.append(sum(p.stat().st_size for p in done.parent.rglob("*") if p.is_file()))
+    keys = [(run.algo.name, run.env.kwargs.get("physics") == "mujoco") for run in todo]
+    known = [
+        median(rates[key]) * run.total_steps
+        for key, run in zip(keys, todo, strict=True)
+        if key in rates
+    ]
+    lines = [
+        f"{config.name}: {len(config.arms())} arms x {len(config.seeds)} seeds = {len(runs)} runs, "
+        f"{len(runs) - len(todo)} finished, {len(todo)} to do",
+        f"environment steps: {sum(run.total_steps for run in todo):,}",
+    ]
+    if todo and known:
+        known_for = "" if len(known) == len(todo) else f" (known for {len(known)} of {len(todo)})"
+        size = median(sizes) * len(todo) / 1e6
+        lines.append(f"CPU: {sum(known) / 3600:.1f} h{known_for}; disk: {size:.0f} MB")
+    elif todo:
+        lines.append(f"CPU and disk: unknown, no run like these is finished in {folder.parent}")
+    if config.registered:
+        lines.append(f"preregistered: {config.registered[:12]}")
+    return "\n".join(lines)
+
+
 def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> Counter[Outcome]:
     """Carry out the runs of a study that are not done yet.
 
@@ -91,7 +165,7 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
     with files.locked(folder):
         files.refuse_links(folder, (STUDY, REFERENCES, *(name for name, _, _ in config.arms())))
         files.sweep(folder)
-        keep_or_write_yaml(folder / STUDY, config.resolved())
+        keep_or_grow(folder / STUDY, config)
         write_references(config, folder)
         jobs: list[Job] = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
         todo = [job for job in jobs if not (job[1] / DONE).exists()]

@@ -7,11 +7,14 @@ from clarke_gym.control.controllers import (
     TipController,
     make_controller,
 )
+from clarke_gym.control.mppi import MppiController, MppiSettings
 from clarke_gym.control.network import NetworkPolicy, load_policy
 
 __all__ = [
     "CONTROLLERS",
     "Gains",
+    "MppiController",
+    "MppiSettings",
     "NetworkPolicy",
     "ResolvedRateController",
     "TipController",

@@ -15,13 +15,24 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym.control.manifold_interface import ManifoldInterface, Sensed
-from clarke_gym.kinematics.inverse_chain import damped_step, inverse_kinematics, saturate_bending
+from clarke_gym.control.mppi import MppiController
+from clarke_gym.control.ways import clear_way
+from clarke_gym.kinematics.inverse_chain import (
+    damped_step,
+    fit_bending,
+    inverse_kinematics,
+    saturate_bending,
+)
 from clarke_gym.kinematics.jacobians import tip_jacobian
+from clarke_gym.tasks import ObstructedTask
 
 FloatArray = NDArray[np.float64]
 
 PLAN_STARTS = 64
 """Shapes from which the plan of a new goal is searched; the one that is reached first is taken."""
+
+PASSED_RAD = 0.05
+"""How near to a shape on its way a robot must come before it heads for the next."""
 
 REPLAN_SHARE = 0.05
 """A goal that jumps by more than this share of the robot's length is a new goal."""
@@ -96,63 +107,95 @@ class TipController:
 
     def _follow(self, now: Sensed) -> None:
         """Bring targets up to date: plan new goals, correct the others by the measured tip."""
-        robot, bending = self._robot, self._bending(now.displacement)
+        bending = self._bending(now.displacement)
         if self._goal is None or len(self._goal) != len(now.goal):
             self._goal = np.full_like(now.goal, np.inf)
             self._target = bending.copy()
+            self._ways: list[list[FloatArray]] = [[] for _ in bending]
             memory = round(self._gains.tip_memory_s / self._interface.control_dt)
             self._gaps = np.full((memory, *now.goal.shape), np.nan)
             self._sum, self._last = np.zeros_like(now.displacement), now.displacement.copy()
-        jump = np.linalg.norm(now.goal - self._goal, axis=1)
-        fresh = ~(jump <= REPLAN_SHARE * robot.length_m)
-        self._goal, moving = now.goal, jump > 1e-6 * robot.length_m
+        jump = np.linalg.norm((now.goal - self._goal) / self._interface.goal_scale, axis=1)
+        fresh = ~(jump <= REPLAN_SHARE)
+        self._goal, moving = now.goal, jump > 1e-6
         before = self._target.copy()
         if fresh.any():
             self._gaps[:, fresh], self._sum[fresh] = np.nan, 0.0
             self._last[fresh] = now.displacement[fresh]
-            self._target[fresh] = self._plan(now.goal[fresh], bending[fresh])
+            for row, way in zip(
+                np.flatnonzero(fresh),
+                self._plan(now.goal[fresh], bending[fresh], fresh),
+                strict=True,
+            ):
+                self._target[row], self._ways[row] = way[0], way[1:]
         bias = np.zeros_like(now.goal)
         if len(self._gaps):
             self._gaps = np.roll(self._gaps, 1, axis=0)
-            self._gaps[0] = now.tip - kinematics.forward(bending, robot.lengths)[0]
+            self._gaps[0] = now.achieved - self._interface.task.predicted(bending)
             bias = np.nanmean(self._gaps, axis=0)
-        rows = np.flatnonzero(~fresh)
+        on_way = np.array([bool(way) for way in self._ways])
+        for row in np.flatnonzero(on_way & ~fresh):
+            if np.abs(bending[row] - self._target[row]).max() < PASSED_RAD:
+                self._target[row] = self._ways[row].pop(0)
+        rows = np.flatnonzero(~fresh & ~on_way)
         if len(rows):
-            self._target[rows] = inverse_kinematics(
-                now.goal[rows] - bias[rows],
-                robot.lengths,
-                max_bending=robot.max_bending,
-                start=self._target[rows],
-                starts=1,
-                iterations=8,
-                tolerance=1e-9,
-            )[0]
+            self._target[rows] = self._solve(now.goal[rows] - bias[rows], self._target[rows], 8)[0]
         # The target's own motion is precompensated where the goal moves; corrections are not: fed
         # forward they would swing the arm.
         follow = (moving & ~fresh)[:, None, None]
         self._before = np.where(follow, before, self._target)
 
-    def _plan(self, goal: FloatArray, bending: FloatArray) -> FloatArray:
-        """Return for each goal the shape that the slowest tendon reaches first."""
+    def _plan(
+        self, goal: FloatArray, bending: FloatArray, fresh: FloatArray
+    ) -> list[list[FloatArray]]:
+        """Return for each goal the shapes to pass, the last one that of the goal.
+
+        Of the shapes that reach it, that is the one that the slowest tendon reaches first.
+        """
         robot, starts = self._robot, PLAN_STARTS if self._robot.n_segments > 1 else 1
         rng = np.random.default_rng(0)  # the same starts at every call
         spread = np.linspace(0.0, 1.0, starts)[:, None, None, None]
         noise = rng.normal(size=(starts, 1, *bending.shape[1:])) * spread
         guesses = saturate_bending(bending + noise, robot.max_bending)
-        shapes, error = inverse_kinematics(
-            np.broadcast_to(goal, (starts, *goal.shape)),
-            robot.lengths,
-            max_bending=robot.max_bending,
-            start=guesses,
-            starts=1 if starts > 1 else 3,
-            iterations=40,
-            tolerance=1e-9,
-        )
+        goals = np.broadcast_to(goal, (starts, *goal.shape))
+        shapes, error = self._solve(goals, guesses, 40, 1 if starts > 1 else 3)
         change = kinematics.bending_to_clarke(shapes - bending, robot.pitch_radii)
         effort = np.hypot(change[..., 0], change[..., 1]).max(axis=-1) / robot.length_m
-        best = np.argmin(effort + 1e3 * np.maximum(error - 1e-6, 0.0), axis=0)
-        result: FloatArray = shapes[best, np.arange(len(goal))]
-        return result
+        cost = effort + 1e3 * np.maximum(error - 1e-6, 0.0)
+        if not isinstance(self._interface.task, ObstructedTask):
+            best = np.argmin(cost, axis=0)
+            return [[shapes[k, row]] for row, k in enumerate(best)]
+        order, bodies = np.argsort(cost, axis=0), self._interface.bodies[fresh]
+        return [
+            clear_way(self._interface.task, bodies[row], bending[row], shapes[order[:, row], row])
+            for row in range(len(goal))
+        ]
+
+    def _solve(
+        self, goal: FloatArray, start: FloatArray, iterations: int, starts: int = 1
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the shapes nearest to goals (..., k), and what is left."""
+        robot, interface = self._robot, self._interface
+        if interface.is_position:
+            found: tuple[FloatArray, FloatArray] = inverse_kinematics(
+                goal,
+                robot.lengths,
+                max_bending=robot.max_bending,
+                start=start,
+                starts=starts,
+                iterations=iterations,
+                tolerance=1e-9,
+            )
+            return found
+        shapes, error = fit_bending(
+            interface.task.predicted,
+            goal.reshape(-1, goal.shape[-1]),
+            start=start.reshape(-1, *start.shape[-2:]),
+            max_bending=robot.max_bending,
+            scale=interface.goal_scale,
+            iterations=iterations,
+        )
+        return shapes.reshape(start.shape), error.reshape(start.shape[:-2])
 
     def _command(self, now: Sensed) -> FloatArray:
         """Return the command [m] of the loops on the manifold."""
@@ -198,6 +241,11 @@ class ResolvedRateController:
 
     def __init__(self, env: Any, gain: float = 0.6, damping: float = 1e-2) -> None:
         self._interface = ManifoldInterface(env)
+        if not self._interface.is_position:
+            raise ValueError(
+                f"resolved_rate moves the tip to a position; {type(self._interface.task).__name__} "
+                "asks for something else"
+            )
         self._gain, self._damping = gain, damping
 
     def reset(self) -> None:
@@ -208,7 +256,7 @@ class ResolvedRateController:
         now, robot = self._interface.sense(observation), self._interface.robot
         bending: FloatArray = kinematics.clarke_to_bending(now.displacement, robot.pitch_radii)
         jacobian = tip_jacobian(bending, robot.lengths)[:, :3] / robot.length_m
-        gap = self._gain * (now.goal - now.tip) / robot.length_m
+        gap = self._gain * (now.goal - now.achieved) / robot.length_m
         step = damped_step(jacobian, gap, np.full(len(gap), self._damping**2))
         moved = saturate_bending(bending + step.reshape(bending.shape), robot.max_bending)
         change = kinematics.bending_to_clarke(moved - bending, robot.pitch_radii)
@@ -217,9 +265,9 @@ class ResolvedRateController:
         return action[0] if np.ndim(inner) == 1 else action
 
 
-Controller = TipController | ResolvedRateController
+Controller = TipController | ResolvedRateController | MppiController
 
-CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate")
+CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate", "mppi")
 """Names that `make_controller` knows."""
 
 
@@ -232,7 +280,8 @@ def make_controller(name: str, env: Any) -> Controller:
         "clarke_controller": planned shape, proportional loops with precompensation on the manifold,
         corrected by the measured tip. "clarke_pid": the same with integral and derivative terms.
         "clarke_model_only": the same without the tip's correction, the sheet's scheme alone.
-        "resolved_rate": straight at the goal through the inverse Jacobian.
+        "resolved_rate": straight at the goal through the inverse Jacobian. "mppi": plans sampled on
+        constant curvature.
     env : gymnasium.Env or gymnasium.vector.VectorEnv
         A clarke_gym environment whose task has a goal position.
 
@@ -262,4 +311,6 @@ def make_controller(name: str, env: Any) -> Controller:
         return TipController(env, Gains(tip_memory_s=0.0))
     if name == "resolved_rate":
         return ResolvedRateController(env)
+    if name == "mppi":
+        return MppiController(env)
     raise ValueError(f"controller must be one of {list(CONTROLLERS)}, got {name!r}")

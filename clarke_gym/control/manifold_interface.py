@@ -15,7 +15,7 @@ from clarke_gym.wrappers import RepresentationAction, RepresentationObservation
 from clarke_gym.wrappers.vector import RepresentationAction as VectorAction
 from clarke_gym.wrappers.vector import RepresentationObservation as VectorObservation
 
-NEEDED = ("command", "displacement", "tip_position")
+NEEDED = ("command", "displacement")
 """Sensors that controllers read."""
 
 
@@ -27,10 +27,10 @@ class Sensed:
     """Clarke coordinates of the command [m], (B, S, 2)."""
     displacement: FloatArray
     """Clarke coordinates of the measured displacements [m], (B, S, 2)."""
-    tip: FloatArray
-    """Tip position [m], (B, 3)."""
+    achieved: FloatArray
+    """What is compared with the goal, in SI units, (B, k)."""
     goal: FloatArray
-    """Goal position [m], (B, 3)."""
+    """The goal without costs, in SI units, (B, k)."""
 
 
 class ManifoldInterface:
@@ -39,13 +39,13 @@ class ManifoldInterface:
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment whose task has a goal position, made with keywords or wrapped by
-        hand (`clarke_gym.wrappers`).
+        A clarke_gym environment whose task has a goal, made with keywords or wrapped by hand
+        (`clarke_gym.wrappers`).
 
     Raises
     ------
     TypeError, ValueError
-        If it is another environment, its goal is no position, or its sensors do not suffice.
+        If it is another environment, it has no goal, or its sensors do not suffice.
     """
 
     def __init__(self, env: Any) -> None:
@@ -53,18 +53,21 @@ class ManifoldInterface:
         if not isinstance(face, Face):
             raise TypeError(f"a controller needs a clarke_gym environment, got {env!r}")
         goal = face.task.goal
-        if goal is None or not goal.is_position:
+        if goal is None:
             raise ValueError(
-                f"the controllers steer the tip to a position; {type(face.task).__name__} asks "
-                "for something else"
+                f"the controllers need a goal to plan for; {type(face.task).__name__} has none"
             )
-        missing = [name for name in NEEDED if name not in face.sensors]
+        self.task: Any = face.task
+        self.is_position = goal.is_position
+        needed = (*NEEDED, "tip_position") if goal.is_position else NEEDED
+        missing = [name for name in needed if name not in face.sensors]
         if missing:
             raise ValueError(f"a controller needs the sensors {missing}, got {list(face.sensors)}")
         self.robot, self.control_dt = face.robot, face.control_dt
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
-        self._goal_scale = goal.divisor
+        self._shown = goal.shown
+        self._goal_scale = goal.divisor if np.ndim(goal.divisor) == 0 else goal.divisor[goal.shown]
         self._action = _written_in(
             env, (RepresentationAction, VectorAction), face.action_representation
         )
@@ -72,8 +75,9 @@ class ManifoldInterface:
             env, (RepresentationObservation, VectorObservation), face.observation_representation
         )
         self._blocks = [block for block in face.sensors.values() if block.reach is not None]
-        self._tip = face.sensors["tip_position"]
-        self._goal = face.sensors.get("goal")
+        self._goal, self._gap = face.sensors.get("goal"), face.sensors.get("goal_gap")
+        self._tip = face.sensors["tip_position"] if goal.is_position else None
+        self._face = face
         # A wrapper's joint-space blocks have another width than the environment's.
         wider = self._observation.size - face.observation_representation.size
         self._shift = len(self._blocks) * wider
@@ -88,12 +92,29 @@ class ManifoldInterface:
         for k, block in enumerate(self._blocks):
             joints = self._observation.decode(rows[:, k * size : (k + 1) * size]) * block.scale
             pairs[block.name] = (joints @ self.robot.encoder.T).reshape(len(rows), -1, 2)
-        tip = self._task_block(rows, self._tip.place) * self._tip.scale
         if as_dict or self._goal is None:
-            goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)
+            goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)[:, self._shown]
         else:
             goal = self._task_block(rows, self._goal.place)
-        return Sensed(pairs["command"], pairs["displacement"], tip, goal * self._goal_scale)
+        if self._tip is not None:
+            achieved = self._task_block(rows, self._tip.place) * self._tip.scale
+        elif as_dict:
+            achieved = np.atleast_2d(observation["achieved_goal"]).astype(np.float64)
+            achieved = achieved[:, self._shown] * self._goal_scale
+        else:
+            assert self._gap is not None
+            achieved = (goal - self._task_block(rows, self._gap.place)) * self._goal_scale
+        return Sensed(pairs["command"], pairs["displacement"], achieved, goal * self._goal_scale)
+
+    @property
+    def goal_scale(self) -> Any:
+        """What the goal's numbers are divided by where policies see them."""
+        return self._goal_scale
+
+    @property
+    def bodies(self) -> FloatArray:
+        """Bodies around the robots, shape (B, K, 7), as a camera would tell them."""
+        return self._face.physics.state.bodies
 
     def _task_block(self, rows: FloatArray, place: slice) -> FloatArray:
         return rows[:, place.start + self._shift : place.stop + self._shift]

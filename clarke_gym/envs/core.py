@@ -220,12 +220,31 @@ class EnvCore:
             values = disturbance.sense(name, scale, values)
         return values
 
-    def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
-        """Return the outcome of the current state, which episodes fail, and what `info` holds."""
+    def outcome(self) -> Outcome:
+        """Return what the task says of the current state."""
         state = self.physics.state
         state.command_vector = self._command
         state.goal_after = self.episode.goal_after
-        outcome = self.task.evaluate(state, self.episode.goal)
+        return self.task.evaluate(state, self.episode.goal)
+
+    def begin_at(
+        self, parameters: FloatArray, steps: int, command: FloatArray, displacement: FloatArray
+    ) -> None:
+        """Put all environments into one episode, at rest: see `Imagination.begin`."""
+        rows = np.arange(self.batch.size)
+        self.episode.begin_at(parameters, steps)
+        if self.task.scene.placed:
+            self._place(rows)
+        told, there = (
+            np.broadcast_to(pairs, (len(rows), *pairs.shape)) for pairs in (command, displacement)
+        )
+        self._command = JointVector(self.batch.zeros(2 * self.robot.n_segments))
+        self._command = self._command.with_rows(self.batch, rows, told)
+        self.physics.reset(rows, there)
+
+    def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
+        """Return the outcome of the current state, which episodes fail, and what `info` holds."""
+        outcome, state = self.outcome(), self.physics.state
         ended = state.diverged
         if outcome.failure is not None:
             ended = ended | outcome.failure

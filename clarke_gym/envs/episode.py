@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.tasks import Task
 
-BLOCK = 16
-"""Episodes that are drawn at once, so that what they begin with is prepared in one go."""
-
 _ALL = slice(None)
 
 _DISTURBED = 1
@@ -52,16 +49,16 @@ class Episode:
         disturbed: int = 0,
     ) -> None:
         self._task, self._prepare, self._control_dt = task, prepare, control_dt
-        self.limit = limit
+        self.limit, self._block = limit, task.prepared
         self.generators: list[np.random.Generator | None] = [None] * num_envs
         self.seeds = [0] * num_envs
         self._disturbing: list[np.random.Generator | None] = [None] * num_envs
         self.disturbed = np.zeros((num_envs, disturbed))
         probe = np.asarray(task.draw(np.random.default_rng(0)), np.float64)
-        self._numbers = np.zeros((num_envs, BLOCK, probe.size))
-        self._used = np.full(num_envs, BLOCK)
+        self._numbers = np.zeros((num_envs, self._block, probe.size))
+        self._used = np.full(num_envs, self._block)
         parts = self._begin(probe[None])
-        self._prepared = [np.zeros((num_envs, BLOCK, *part.shape[1:])) for part in parts]
+        self._prepared = [np.zeros((num_envs, self._block, *part.shape[1:])) for part in parts]
         self._parameters = np.zeros((num_envs, parts[2].shape[1]))
         self._moves = type(task).advance is not Task.advance
         self._plain = type(task).draw is Task.draw
@@ -105,7 +102,7 @@ class Episode:
 
     def prepare_again(self) -> None:
         """Prepare the episodes to come anew, from the numbers that were drawn for them."""
-        rows = np.flatnonzero(self._used < BLOCK)
+        rows = np.flatnonzero(self._used < self._block)
         if rows.size:
             self._prepare_rows(rows)
 
@@ -120,7 +117,7 @@ class Episode:
         self.generators[index] = generator
         self.seeds[index] = int(actual)
         self._disturbing[index] = np.random.default_rng([int(actual), _DISTURBED])
-        self._used[index] = BLOCK
+        self._used[index] = self._block
 
     def advance(self) -> None:
         """Count a step of all environments."""
@@ -144,9 +141,14 @@ class Episode:
         self._follow(rows)
         return first, second
 
+    def begin_at(self, parameters: FloatArray, steps: int) -> None:
+        """Put all environments into one episode that parameters (p,) tell."""
+        self._parameters[:], self.steps[:], self.begun = parameters, steps, True
+        self._follow(_ALL)
+
     def _draw(self, rows: NDArray[np.intp]) -> list[FloatArray]:
         used = self._used[rows]
-        empty = used == BLOCK
+        empty = used == self._block
         if np.count_nonzero(empty):
             self._refill(rows[empty])
             used[empty] = 0
@@ -162,7 +164,7 @@ class Episode:
             if self._plain:  # the same numbers in one call
                 generator.random(out=self._numbers[index])
                 continue
-            for k in range(BLOCK):
+            for k in range(self._block):
                 self._numbers[index, k] = self._task.draw(generator)
         self._prepare_rows(rows)
 
@@ -170,7 +172,7 @@ class Episode:
         numbers = self._numbers[rows]
         parts = self._begin(numbers.reshape(-1, numbers.shape[-1]))
         for kept, part in zip(self._prepared, parts, strict=True):
-            kept[rows] = part.reshape(len(rows), BLOCK, *part.shape[1:])
+            kept[rows] = part.reshape(len(rows), self._block, *part.shape[1:])
 
     def get_state(self) -> dict[str, Any]:
         """Return a copy of everything that the future depends on, generators included."""

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.observer import Blocks
 from clarke_gym.numerics.arrays import FloatArray
@@ -44,6 +46,21 @@ class Face:
     def goal(self) -> FloatArray:
         """The goals of now in SI units, shape (B, size)."""
         return self._core.episode.goal.copy()
+
+    @property
+    def parameters(self) -> FloatArray:
+        """What tells the episodes of now (goals, paths, places of bodies), shape (B, p)."""
+        return self._core.episode.parameters.copy()
+
+    @property
+    def steps(self) -> NDArray[np.int64]:
+        """Control periods since the episodes of now began, shape (B,)."""
+        return self._core.episode.steps.copy()
+
+    @property
+    def config(self) -> EnvConfig:
+        """What the environment is composed of."""
+        return self._core.config
 
     @property
     def physics(self) -> Physics:

@@ -139,7 +139,7 @@ class Observer:
                 [sensor.bound for sensor in self._joint],
                 sensed is not None or any(sensor.passes for sensor in self._joint),
             )
-            labels = representation.labels(robot)
+            labels = representation.labels
             for sensor in self._joint:
                 place = slice(end, end + representation.size)
                 scale = np.repeat(sensor.scale, robot.n_tendons)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def _limited_step(
 
 
 def _descend(
-    problem: _Problem,
+    problem: _Problem | _Fit,
     start: FloatArray,
     rows: Array,
     limit: FloatArray,
@@ -164,6 +164,79 @@ def _descend(
         bending[won], error[won], cost[won] = trial[better], trial_error[better], trial_cost[better]
         gain[active] = np.clip(gain[active] * np.where(better, 0.3, 8.0), 1e-6, 1e8)
     return bending, np.sqrt(cost)
+
+
+class _Fit:
+    """Errors and Jacobians of any function of shapes, in units of a scale."""
+
+    step = 1e-5
+    """Of central differences [rad]."""
+
+    def __init__(
+        self, predicted: Callable[[FloatArray], FloatArray], target: FloatArray, scale: Array
+    ) -> None:
+        self.predicted, self.target, self.scale = predicted, target, scale
+
+    def error(self, bending: FloatArray, rows: Array) -> FloatArray:
+        error: FloatArray = (self.target[rows] - self.predicted(bending)) / self.scale
+        return error
+
+    def jacobian(self, bending: FloatArray) -> FloatArray:
+        count = bending[0].size
+        moves = self.step * np.eye(count).reshape(count, 1, *bending.shape[1:])
+        ahead, behind = (self.predicted(bending + sign * moves) for sign in (1.0, -1.0))
+        slopes = (ahead - behind) / (2.0 * self.step * self.scale)
+        return np.moveaxis(slopes, 0, -1)
+
+
+def fit_bending(
+    predicted: Callable[[FloatArray], FloatArray],
+    target: FloatArray,
+    *,
+    start: FloatArray,
+    max_bending: Array = 2.0 * math.pi,
+    scale: Array = 1.0,
+    iterations: int = 60,
+    tolerance: float = 1e-9,
+) -> tuple[FloatArray, FloatArray]:
+    """Return bending vectors whose prediction is nearest to a target, whatever is predicted.
+
+    Levenberg's damped steps as in `inverse_kinematics`, with slopes by central differences.
+
+    Parameters
+    ----------
+    predicted : callable
+        Of bending vectors (..., S, 2) [rad], returns arrays (..., m).
+    target : ndarray, shape (B, m)
+    start : ndarray, shape (B, S, 2)
+        [rad].
+    max_bending : float or array_like, shape (S,)
+        Bending limits [rad].
+    scale : float or array_like, shape (m,)
+        What counts as one.
+    iterations : int
+        Largest number of steps.
+    tolerance : float
+        Error at which a row has arrived, in units of the scale.
+
+    Returns
+    -------
+    bending : ndarray, shape (B, S, 2)
+        [rad].
+    error : ndarray, shape (B,)
+        What is left, in units of the scale.
+
+    Examples
+    --------
+    >>> tip = lambda bending: forward(bending, [0.2, 0.2])[0]
+    >>> goal = tip(np.array([[[0.3, 0.4], [-0.2, 0.5]]]))
+    >>> bool(fit_bending(tip, goal, start=np.full((1, 2, 2), 0.1))[1][0] < 1e-9)
+    True
+    """
+    limit = np.broadcast_to(np.asarray(max_bending, np.float64), start.shape[1:2])
+    problem = _Fit(predicted, target, np.asarray(scale, np.float64))
+    rows = np.arange(len(target))
+    return _descend(problem, saturate_bending(start, limit), rows, limit, iterations, tolerance)
 
 
 def inverse_kinematics(

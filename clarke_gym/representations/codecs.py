@@ -119,7 +119,7 @@ class Encoder:
         self.high = np.concatenate(
             [(1.0 + 1e-6) * representation.encoded_bound(robot, most, off) for most, off in bounds]
         ).astype(np.float32)
-        ends = np.cumsum([0, *representation.counts(robot)])
+        ends = np.cumsum([0, *representation.counts])
         places = [
             (slice(start, stop), slice(2 * k, 2 * k + 2))
             for k, (start, stop) in enumerate(itertools.pairwise(ends))

@@ -20,6 +20,8 @@ name                k     coordinates of one segment with n tendons
 published names     2     Clarke in the axes of `clarke_gym.clarke.parametrisations`, e.g.
                           ``della_santina_2020``, ``allen_2020``: limits set the scale
 ==================  ====  ==================================================================
+
+`clarke_gym.representations.instruments` adds those that only take causes apart.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_last_axis
 from clarke_gym.numerics.linear_map import block_diagonal, map_rows
 from clarke_gym.numerics.registry import Registry
+from clarke_gym.representations.instruments import INSTRUMENTS
 from clarke_gym.robots.robot import Robot, Segment
 
 ROTATION_RAD = 0.7
@@ -127,6 +130,7 @@ for _name, _maps in (
     ("antagonistic", _antagonistic),
     *((name, _published(entry)) for name, entry in PARAMETRISATIONS.items()),
     ("arc_polar", _clarke),
+    *INSTRUMENTS.items(),
 ):
     REPRESENTATIONS.register(_name, _maps)
 
@@ -146,6 +150,8 @@ class Representation:
         Linear map from coordinates to joint space.
     encoder : ndarray, shape (K, N)
         Linear map from joint space to coordinates.
+    counts : tuple of int
+        How many coordinates each segment has.
     polar : bool
         True if each pair of linear coordinates is shown as (magnitude, angle), both in [-1, 1].
     """
@@ -153,6 +159,7 @@ class Representation:
     name: str
     decoder: FloatArray
     encoder: FloatArray
+    counts: tuple[int, ...]
     polar: bool = False
 
     @property
@@ -160,36 +167,12 @@ class Representation:
         """Number of coordinates K of the whole robot."""
         return self.encoder.shape[0]
 
-    def labels(self, robot: Robot) -> tuple[str, ...]:
-        """Return a name for each coordinate: "1.2" is the second one of the first segment.
-
-        Parameters
-        ----------
-        robot : Robot
-            The robot that the representation was made for.
-
-        Returns
-        -------
-        tuple of str
-        """
-        counts = self.counts(robot)
-        return tuple(f"{s + 1}.{i + 1}" for s, count in enumerate(counts) for i in range(count))
-
-    def counts(self, robot: Robot) -> list[int]:
-        """Return how many coordinates each segment of a robot has.
-
-        Parameters
-        ----------
-        robot : Robot
-            The robot that the representation was made for.
-
-        Returns
-        -------
-        list of int
-        """
-        first = (self.encoder != 0.0).argmax(axis=1)  # a tendon that the coordinate sees
-        owners = np.searchsorted(np.cumsum(robot.n_tendons), first, side="right")
-        return np.bincount(owners, minlength=robot.n_segments).tolist()
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """A name for each coordinate: "1.2" is the second one of the first segment."""
+        return tuple(
+            f"{s + 1}.{i + 1}" for s, count in enumerate(self.counts) for i in range(count)
+        )
 
     @property
     def n_joints(self) -> int:
@@ -348,7 +331,8 @@ def make_representation(name: str, robot: Robot) -> Representation:
     """
     maps = [_checked(name, segment) for segment in robot.segments]
     decoder, encoder = (block_diagonal([pair[i] for pair in maps]) for i in (0, 1))
-    return Representation(name, decoder, encoder, name in POLAR)
+    counts = tuple(encoder.shape[0] for _, encoder in maps)
+    return Representation(name, decoder, encoder, counts, name in POLAR)
 
 
 def _checked(name: str, segment: Segment) -> LinearMaps:

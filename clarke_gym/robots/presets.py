@@ -128,6 +128,7 @@ def make_robot(
     pitch_radius_m: float | None = None,
     max_bending_rad: float | None = None,
     material: str | None = None,
+    max_cocontraction_m: float | None = None,
 ) -> Robot:
     """Return a preset, or a robot, with some of its numbers replaced in every segment.
 
@@ -147,6 +148,8 @@ def make_robot(
         As in `Segment`.
     material : str, optional
         Backbone material: a name of `MATERIALS`.
+    max_cocontraction_m : float, optional
+        As in `Robot`.
 
     Returns
     -------
@@ -189,7 +192,9 @@ def make_robot(
     segments = tuple(
         replace(_with_tendons(segment, n_tendons, robot.name), **given) for segment in segments
     )
-    return replace(robot, segments=segments)
+    if max_cocontraction_m is None:
+        return replace(robot, segments=segments)
+    return replace(robot, segments=segments, max_cocontraction_m=max_cocontraction_m)
 
 
 def _shortened(segment: Segment, longest: float) -> Segment:

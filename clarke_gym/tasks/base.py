@@ -166,6 +166,8 @@ class Task(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Nouns of `RobotState` that not every physics has, e.g. "contact_force"."""
     max_episode_steps: ClassVar[int] = 50
+    prepared: ClassVar[int] = 16
+    """Episodes that an environment draws at once, so that they are prepared in one go."""
     previews: ClassVar[int] = 0
     """Control periods that the sensor "preview" sees a moving goal ahead."""
 
@@ -248,6 +250,13 @@ class GoalTask(Task):
     """
 
     goal: Goal
+
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return what the shapes (..., S, 2) [rad] of constant curvature achieve, (..., k).
+
+        In SI units, without costs. Goals are drawn with it and controllers plan with it.
+        """
+        raise NotImplementedError(f"{type(self).__name__} cannot tell what shapes achieve")
 
     @abstractmethod
     def achieved(self, state: RobotState) -> FloatArray:

@@ -40,7 +40,8 @@ class Gate(ObstructedTask):
     Upright bars stand in a ring around the robot, at 0.35 of its length, with openings of 3 to 1.5
     robot widths. Start and goal lie outside the ring, mostly behind different openings: the robot
     must come back through one and out through another. A clear way is known to exist for every
-    episode: straighten from the start's shape, bend to the goal's.
+    episode: straighten from the start's shape, bend to the goal's. Where bars are between tip and
+    goal, closeness counts the distance over the straight robot's tip.
 
     Parameters
     ----------
@@ -77,18 +78,32 @@ class Gate(ObstructedTask):
         ring = CAGE * length
         opening = robot_width * (WIDEST + (NARROWEST - WIDEST) * self.difficulty)
         pitch = 2.0 * ring * math.sin(math.pi / self.n_bars)
-        self.bar_radius_m = max(0.5 * (pitch - opening), 0.1 * self.hull_m)
+        self.bar_radius_m = max(0.5 * (pitch - opening), 0.5 * self.hull_m)
         angles = 2.0 * math.pi * (np.arange(self.n_bars) + 0.5) / self.n_bars
         bars = [
             Capsule((x, y, -0.1 * length), (x, y, 1.1 * length), self.bar_radius_m)
             for x, y in ring * np.stack([np.cos(angles), np.sin(angles)], 1)
         ]
         self.scene = Scene(tuple(bars), placed=True, resized=True)
+        self._ring_m = ring
         self._outside = BEYOND * (ring + self.bar_radius_m + self.hull_m)
 
     def places(self, parameters: FloatArray) -> FloatArray:
         """Return the bars, alike for all episodes, shape (R, K, 7)."""
         return np.broadcast_to(self.scene.numbers, (len(parameters), *self.scene.numbers.shape))
+
+    def ways(
+        self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
+    ) -> list[FloatArray]:
+        """Return the distance that is left [m]: by the straight tip, where bars are between."""
+        x, y = achieved[:, 0], achieved[:, 1]
+        ahead = desired[:, 0] * x + desired[:, 1] * y
+        aside = desired[:, 0] * y - desired[:, 1] * x
+        other = np.abs(np.arctan2(aside, ahead)) > math.pi / self.n_bars
+        outside = x * x + y * y > self._ring_m**2
+        top = np.array([0.0, 0.0, self.robot.length_m])
+        over = sum(np.linalg.norm(part[:, :3] - top, axis=1) for part in (achieved, desired))
+        return [np.where(other & outside, over, errors[0])]
 
     def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return starts (R, S, 2) and goals (R, 4)."""

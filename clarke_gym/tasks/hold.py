@@ -6,7 +6,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.noise import directions, uniforms
 from clarke_gym.physics.base import RobotState
@@ -95,7 +94,7 @@ class Hold(ShapedTask):
     def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return starts [rad] (R, S, 2), and goals, loads and keys of pushes (R, 8)."""
         start, _ = self.shapes(numbers[:, : 4 * self.robot.n_segments])
-        position, _ = kinematics.forward(start, self.robot.lengths)
+        position = self.predicted(start)
         rest = numbers[:, 4 * self.robot.n_segments :]
         load = self.most_n * rest[:, :1] * directions(rest[:, 1:3])
         return start, np.hstack([position, np.zeros((len(start), 1)), load, rest[:, 3:]])
@@ -113,7 +112,8 @@ class Hold(ShapedTask):
         """Return loads and pushes [N]."""
         turn = np.floor(time_s / EVERY_S + 1e-9).astype(np.int64)
         u = uniforms(parameters[:, 7], turn, 3)
-        pushing = time_s - turn * EVERY_S > EVERY_S - PUSH_S - 1e-9
+        since = time_s - turn * EVERY_S - 0.5 * (EVERY_S - PUSH_S)  # the middle of a second
+        pushing = (since > -1e-9) & (since < PUSH_S - 1e-9)
         size = PUSH_SHARE * self.most_n * u[:, 0] * pushing
         return parameters[:, 4:7] + size[:, None] * directions(u[:, 1:])
 

@@ -18,10 +18,10 @@ from clarke_gym.tasks.shaped import ShapedTask, error_metrics
 TOUCH_SHARE = 0.1
 """Depth over the robot's radius that still counts as touching, not as being inside."""
 
-PATH_SHAPES = 6
+PATH_SHAPES = 16
 """Shapes a leg of a motion that is known to be clear."""
 
-PATH_POINTS = 6
+PATH_POINTS = 10
 """Points a segment at which those are looked at."""
 
 PARKED = 1.5
@@ -46,6 +46,7 @@ class ObstructedTask(ShapedTask):
 
     sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position", "clearance")
     max_episode_steps = 100
+    prepared = 4
 
     def __init__(
         self,
@@ -136,7 +137,7 @@ class ObstructedTask(ShapedTask):
 
     def tips(self, shapes: FloatArray) -> FloatArray:
         """Return goals (R, 4) of goal shapes (R, S, 2) [rad]."""
-        position = kinematics.forward(shapes, self.robot.lengths)[0]
+        position = self.predicted(shapes)
         return np.hstack([position, np.zeros((len(position), 1))])
 
     def gaps(self, points: FloatArray, bodies: FloatArray) -> FloatArray:

@@ -77,8 +77,12 @@ class Pose(ShapedTask):
     def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return start bending vectors [rad] (R, S, 2), and goal positions and tangents (R, 6)."""
         start, shape = self.shapes(numbers)
-        position, quaternion = kinematics.forward(shape, self.robot.lengths)
-        return start, np.hstack([position, kinematics.rotate(quaternion, Z_AXIS)])
+        return start, self.predicted(shape)
+
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return the tip's positions [m] and tangents of shapes (..., S, 2) [rad]."""
+        position, quaternion = kinematics.forward(bending, self.robot.lengths)
+        return np.concatenate([position, kinematics.rotate(quaternion, Z_AXIS)], axis=-1)
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip's position [m] and tangent."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
@@ -53,7 +52,7 @@ class Reach(ShapedTask):
     def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return start bending vectors [rad] (R, S, 2) and goal positions [m] (R, 3)."""
         start, shape = self.shapes(numbers)
-        return start, kinematics.forward(shape, self.robot.lengths)[0]
+        return start, self.predicted(shape)
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip position [m]."""

@@ -62,8 +62,12 @@ class Shape(ShapedTask):
     def begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return start bending vectors [rad] (R, S, 2), and the points of goals [m] (R, 3 K)."""
         start, shape = self.shapes(numbers)
-        curve = kinematics.backbone(shape, self.robot.lengths, POINTS)
-        return start, curve[:, 1:].reshape(len(start), -1)
+        return start, self.predicted(shape)
+
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return the points [m] of shapes (..., S, 2) [rad]."""
+        curve = kinematics.backbone(bending, self.robot.lengths, POINTS)[..., 1:, :]
+        return curve.reshape(*curve.shape[:-2], -1)
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the backbone's points [m], one after the other."""

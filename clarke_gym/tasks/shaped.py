@@ -137,9 +137,21 @@ class ShapedTask(GoalTask):
         length = self.robot.length_m
         return [(CLOSENESS_SCALE * length, self.success_tolerance * length)]
 
+    def predicted(self, bending: FloatArray) -> FloatArray:
+        """Return the tip positions [m] of shapes (..., S, 2) [rad]."""
+        position: FloatArray = kinematics.forward(bending, self.robot.lengths)[0]
+        return position
+
     @abstractmethod
     def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
         """Return the square of each error (B,) of what is achieved and desired, both (B, size)."""
+
+    def ways(
+        self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
+    ) -> list[FloatArray]:
+        """Return how far it is to go, (B,) each: what closeness is told by; the errors here."""
+        del achieved, desired
+        return errors
 
     def told(self, errors: list[FloatArray]) -> Mapping[str, FloatArray]:
         """Return the metrics of the errors (B,); those of one distance of the tip here."""
@@ -149,8 +161,9 @@ class ShapedTask(GoalTask):
         """Return the outcome of what is achieved and desired, both (B, size) in SI units."""
         squares = self.squares(achieved, desired)
         errors = [np.sqrt(square) for square in squares]
+        ways = self.ways(achieved, desired, errors)
         closeness = reduce(
-            add, [b.weight / (b.scale + e) for b, e in zip(self._bounds, errors, strict=True)]
+            add, [b.weight / (b.scale + w) for b, w in zip(self._bounds, ways, strict=True)]
         )
         exponent = reduce(
             add, [square * b.decay for b, square in zip(self._bounds, squares, strict=True)]

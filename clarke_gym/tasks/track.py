@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_choice
 from clarke_gym.physics.base import RobotState
@@ -82,7 +81,7 @@ class Track(ShapedTask):
 
     def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
         """Return target positions [m] (B, 3)."""
-        return kinematics.forward(self.path.at(parameters, time_s), self.robot.lengths)[0]
+        return self.predicted(self.path.at(parameters, time_s))
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip position [m]."""

@@ -12,10 +12,12 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from clarke_gym.registration import ENVIRONMENTS
 from clarke_gym.representations import representation_names
+from clarke_gym.representations.instruments import INSTRUMENTS
 
 IDS = [name for name, keywords in sorted(ENVIRONMENTS.items()) if keywords]
 """Ids with a task of their own; "clarke_gym/Task-v0" takes any by name."""
-REPRESENTATIONS = representation_names()
+REPRESENTATIONS = [name for name in representation_names() if name not in INSTRUMENTS]
+"""Instruments are for actions alone: some of their numbers say nothing."""
 PHYSICS = ["constant_curvature", "mujoco"]
 
 

@@ -9,7 +9,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 
-from clarke_gym.envs.episode import BLOCK, Episode
+from clarke_gym.envs.episode import Episode
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Task
 
@@ -93,10 +93,10 @@ def test_episodes_are_the_numbers_of_their_own_generators_in_order():
     episode = episodes(3)
     for index, seed in enumerate((5, 6, 7)):
         episode.seed(index, seed)
-    expected = {i: seeding.np_random(5 + i)[0].random((3 * BLOCK, 4)) for i in range(3)}
+    expected = {i: seeding.np_random(5 + i)[0].random((3 * Task.prepared, 4)) for i in range(3)}
     taken = dict.fromkeys(range(3), 0)
     rng = np.random.default_rng(0)
-    for _ in range(2 * BLOCK):
+    for _ in range(2 * Task.prepared):
         rows = np.flatnonzero(rng.random(3) < 0.6)
         episode.start(rows)
         for row in rows.tolist():
@@ -108,11 +108,11 @@ def test_an_environment_by_itself_draws_what_it_draws_beside_others():
     alone, beside = episodes(1), episodes(3)
     alone.seed(0, 6)
     beside.seed(1, 6)
-    for draw in range(2 * BLOCK + 3):
+    for draw in range(2 * Task.prepared + 3):
         alone.start(np.array([0]))
         beside.start(np.array([1, 2] if draw % 3 else [1]))
         np.testing.assert_array_equal(alone.goal[0], beside.goal[1])
-        if draw == BLOCK + 2:
+        if draw == Task.prepared + 2:
             state = alone.get_state()
             alone = episodes(1)
             alone.set_state(state)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clarke_gym.representations.instruments import INSTRUMENTS
 from clarke_gym.representations.registry import (
     RANDOM_BASIS_CONDITION,
     make_representation,
@@ -27,8 +28,9 @@ def test_encode_undoes_decode(name, n, segments):
     z = np.random.default_rng(0).uniform(-0.9, 0.9, (20, representation.size))
     joints = representation.decode(z)
     assert joints.shape == (20, n * segments)
-    if name == "projected":  # n numbers for two degrees of freedom: only the projection survives
-        np.testing.assert_allclose(representation.decode(joints), joints, atol=1e-14)
+    if name in ("projected", "clarke_nuisance"):  # n numbers for two degrees of freedom
+        again = representation.decode(representation.encode(joints))
+        np.testing.assert_allclose(again, joints, atol=1e-14)
     else:
         np.testing.assert_allclose(representation.encode(joints), z, atol=1e-12)
 
@@ -49,7 +51,7 @@ def test_everything_but_raw_and_common_modes_stays_on_the_manifold(name, n, segm
         np.random.default_rng(1).uniform(-1, 1, (9, representation.size))
     )
     off = joints - joints @ (robot.decoder @ robot.encoder).T
-    if name in ("raw", "raw_scaled", "clarke_common"):
+    if name in ("raw", "raw_scaled", "modal", "clarke_common"):
         assert np.abs(off).max() > 0.05
     else:
         np.testing.assert_allclose(off, 0.0, atol=1e-12)
@@ -70,7 +72,8 @@ def test_bounds_hold_over_joint_space_and_are_reached_within_a_factor(name, n, s
     residual *= 0.05 / np.abs(residual).max(axis=1, keepdims=True)
     coded = np.abs(representation.encode(disk @ robot.decoder.T + residual)).max(axis=0)
     assert (coded <= bound + 1e-12).all()
-    assert (coded > 0.7 * bound).all()
+    if name not in INSTRUMENTS:  # modes that hardly any command of this kind shows
+        assert (coded > 0.7 * bound).all()
 
 
 def test_isotropic_noise_moves_the_tip_alike_in_raw_scaled_and_clarke():
@@ -121,7 +124,7 @@ def test_unusual_layouts_work_too(name):
     robot = Robot((Segment(n_tendons=7, tendon_angles_rad=angles),))
     representation = make_representation(name, robot)
     z = rng.uniform(-0.9, 0.9, (5, representation.size))
-    if name != "projected":
+    if name not in ("projected", "clarke_nuisance"):
         np.testing.assert_allclose(representation.encode(representation.decode(z)), z, atol=1e-10)
 
 
@@ -132,3 +135,30 @@ def test_unknown_and_impossible_representations_are_refused():
         make_representation("antagonistic", make_robot(n_tendons=5))
     with pytest.raises(ValueError, match="last axis of 2"):
         make_representation("clarke", make_robot()).decode(np.zeros(3))
+
+
+@pytest.mark.parametrize("n", [3, 4, 7, 11, 64])
+def test_modal_is_raw_turned_so_that_two_axes_span_the_manifold(n):
+    robot = make_robot(n_tendons=n)
+    modal = make_representation("modal", robot)
+    np.testing.assert_allclose(modal.decoder.T @ modal.decoder, np.eye(n), atol=1e-12)
+    onto = robot.encoder @ modal.decoder
+    np.testing.assert_allclose(onto[:, :2], np.sqrt(2.0 / n) * np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(onto[:, 2:], 0.0, atol=1e-12)
+
+
+def test_modal_axes_are_fourier_modes():
+    angles = 2 * np.pi * np.arange(8) / 8
+    modal = make_representation("modal", make_robot(n_tendons=8)).decoder
+    np.testing.assert_allclose(modal[:, 2], 1 / np.sqrt(8), atol=1e-12)
+    np.testing.assert_allclose(modal[:, 3], np.cos(2 * angles) / 2, atol=1e-12)
+
+
+def test_numbers_without_effect_belong_to_their_segment():
+    robot = make_robot(n_tendons=5, n_segments=2)
+    nuisance = make_representation("clarke_nuisance", robot)
+    assert nuisance.counts == (5, 5)
+    assert nuisance.labels[5] == "2.1"
+    plain = make_representation("clarke", robot)
+    z = np.arange(10.0)
+    np.testing.assert_array_equal(nuisance.decode(z), plain.decode(z[[0, 1, 5, 6]]))

@@ -17,7 +17,7 @@ def test_shipped_studies_are_valid_and_complete(path):
     study = load_config(StudyConfig, path)
     runs = study.runs()
     assert study.name == path.stem
-    assert len(runs) == len(study.seeds) * len(study.representations) * len(study.tasks)
+    assert len(runs) == len(study.seeds) * len(study.arms())
     assert len({(run.name, run.seed) for run in runs}) == len(runs)
 
 

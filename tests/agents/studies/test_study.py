@@ -2,7 +2,9 @@
 
 import json
 
-from agents.files import ROOT
+import pytest
+
+from agents.files import ROOT, ConfigError
 from agents.learning.config import load_config
 from agents.studies import study
 from agents.studies.config import StudyConfig
@@ -16,3 +18,100 @@ def test_a_task_that_classical_control_cannot_do_has_no_reference(tmp_path, monk
     config = load_config(StudyConfig, ROOT / "configs" / "studies" / "quick.yaml")
     study.write_references(config, tmp_path)
     assert json.loads((tmp_path / "references.json").read_text()) == {}
+
+
+SMALL = """
+name: small
+title: t
+tuning: none
+baseline: raw
+representations: [{label: raw}, {label: clarke, env: {representation: clarke}}]
+tasks: [{label: n = 3}]
+seeds: [900, 901]
+base:
+  env: {num_envs: 8}
+  algo: {name: ppo, n_steps: 16, batch_size: 64, n_epochs: 1}
+  total_steps: 256
+  checkpoint_every_steps: 256
+  evaluation: {every_steps: 128, n_goals: 50}
+"""
+REGISTERED = """
+preregistration:
+  {question: q, primary: auc, family: f, rule: r, planned_seeds: 2}
+"""
+
+
+def small(tmp_path, text=SMALL, **changes):
+    path = tmp_path / "small_study.yaml"
+    path.write_text(text)
+    return load_config(StudyConfig, path, changes)
+
+
+def test_more_seeds_and_arms_run_only_what_is_missing(tmp_path):
+    folder = tmp_path / "runs" / "small"
+    study.run_study(small(tmp_path), folder, 1)
+    before = {p: p.stat().st_mtime_ns for p in folder.rglob("evals.npz")}
+    grown = small(
+        tmp_path,
+        seeds="[900, 901, 902]",
+        representations="[{label: raw}, {label: clarke, env: {representation: clarke}}, "
+        "{label: modal, env: {action_representation: modal}}]",
+    )
+    assert "9 runs, 4 finished, 5 to do" in study.plan(grown, folder)
+    assert "disk" in study.plan(grown, folder)
+    assert study.run_study(grown, folder, 1)["done"] == 5
+    after = {p: p.stat().st_mtime_ns for p in folder.rglob("evals.npz")}
+    assert len(after) == 9
+    assert {p: after[p] for p in before} == before
+
+
+def test_what_is_there_must_stay(tmp_path):
+    path = tmp_path / "study.yaml"
+    study.keep_or_grow(path, small(tmp_path))
+    text = path.read_text()
+    for changes in (
+        {"seeds": "[901]"},
+        {"base.total_steps": "128"},
+        {"representations": "[{label: raw, algo: {log_std_init: 1.0}}, {label: clarke}]"},
+    ):
+        with pytest.raises(ConfigError, match="more arms or seeds"):
+            study.keep_or_grow(path, small(tmp_path, **changes))
+        assert path.read_text() == text
+
+
+def test_a_preregistered_study_gets_more_seeds_alone(tmp_path):
+    registered = small(tmp_path, SMALL + REGISTERED)
+    path = tmp_path / "study.yaml"
+    study.keep_or_grow(path, registered)
+    more = small(tmp_path, SMALL + REGISTERED, seeds="[900, 901, 902]")
+    assert more.registered == registered.registered
+    study.keep_or_grow(path, more)
+    for changes in ({"preregistration.rule": "other"}, {"thresholds.success": "0.5"}):
+        with pytest.raises(ConfigError, match="registered"):
+            study.keep_or_grow(path, small(tmp_path, SMALL + REGISTERED, **changes))
+
+
+def test_a_dry_run_writes_nothing(tmp_path):
+    folder = tmp_path / "runs" / "small"
+    text = study.plan(small(tmp_path, SMALL + REGISTERED), folder)
+    assert "2 arms x 2 seeds = 4 runs, 0 finished, 4 to do" in text
+    assert "unknown" in text
+    assert "preregistered: " in text
+    assert not folder.exists()
+
+
+def test_fresh_seeds_are_no_other_studys(tmp_path):
+    with pytest.raises(ConfigError, match=r"seeds \[0\] are not fresh: quick.yaml has used them"):
+        small(tmp_path, SMALL + REGISTERED, seeds="[0, 900]")
+    stale = {"seeds": "[0, 900]", "preregistration.fresh": "false"}
+    assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 900]
+
+
+def test_an_arm_may_run_on_some_tasks_only(tmp_path):
+    reps = "[{label: raw}, {label: clarke, only: [n = 4], env: {representation: clarke}}]"
+    tasks = "[{label: n = 3}, {label: n = 4, env: {n_tendons: 4}}]"
+    found = small(tmp_path, representations=reps, tasks=tasks)
+    assert [name for name, _, _ in found.arms()] == ["raw_n3", "raw_n4", "clarke_n4"]
+    assert len(found.runs()) == 6
+    with pytest.raises(ConfigError, match=r"'clarke' runs only on \['n = 4'\], which is no task"):
+        small(tmp_path, representations=reps)
