@@ -9,8 +9,8 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import weakref
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.rendering.room import camera_distance, make_context, make_model, room
+from clarke_gym.rendering.thread import DrawingThread, drawing_thread
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene
 
@@ -128,11 +129,13 @@ class Picture:
     ) -> None:
         self._robot, self._bodies = robot, scene.numbers
         # A context belongs to a thread; in the caller's, that of a window may be current.
-        self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
-        self._open, self._process = True, os.getpid()
-        self._thread.submit(self._make, width, height).result()
+        self._thread, self._process = drawing_thread(), os.getpid()
+        context, render = self._thread.ask(self._make, width, height)
+        # A picture that nobody closes is freed when it is forgotten.
+        self._end = weakref.finalize(self, _leave, self._thread, context, render)
+        self._end.atexit = False
 
-    def _make(self, width: int, height: int) -> None:
+    def _make(self, width: int, height: int) -> tuple[Any, Any]:
         length = self._robot.length_m
         self._floor, reach = room(self._robot)
         self._context = make_context(width, height)
@@ -151,6 +154,7 @@ class Picture:
         self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + self._floor)
         self._camera.distance = camera_distance(length - self._floor, reach, width / height)
         self._camera.azimuth, self._camera.elevation = 130.0, -14.0
+        return self._context, self._render
 
     def draw(
         self,
@@ -193,8 +197,10 @@ class Picture:
             raise RuntimeError(
                 "pictures do not survive a fork; make the environment in the process that draws"
             )
-        arguments = backbone, points, load, goal, success, bodies
-        return self._thread.submit(self._draw, *arguments).result()
+        result: tuple[Image, NDArray[np.float32]] = self._thread.ask(
+            self._draw, backbone, points, load, goal, success, bodies
+        )
+        return result
 
     def _draw(
         self,
@@ -232,14 +238,7 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self._open and os.getpid() == self._process:
-            self._open = False
-            self._thread.submit(self._free).result()
-            self._thread.shutdown()
-
-    def _free(self) -> None:
-        self._render.free()
-        self._context.free()
+        self._end()
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
@@ -312,3 +311,15 @@ class Picture:
             np.eye(3).ravel(),
             np.asarray(rgba, np.float32),
         )
+
+
+def _leave(thread: DrawingThread, context: Any, render: Any) -> None:
+    """Let the drawing thread free what a picture held."""
+    if thread.process == os.getpid():
+        thread.tell(_free, context, render)
+
+
+def _free(context: Any, render: Any) -> None:
+    context.make_current()
+    render.free()
+    context.free()
