@@ -67,8 +67,9 @@ def _scores(task: str) -> str:
             rows.append(f"| {label} | {rate:.2f} [{low:.2f}, {high:.2f}] |")
     for representation, seeds in data["learned"].get(task, {}).items():
         last = [sum(run["success"][-5:]) / len(run["success"][-5:]) for run in seeds.values()]
+        seeds_text = f"{len(last)} seed{'s' * (len(last) > 1)}"
         rows.append(
-            f"| PPO, {representation}, {len(last)} seed{'s' * (len(last) > 1)} | {sum(last) / len(last):.2f} "
+            f"| PPO, {representation}, {seeds_text} | {sum(last) / len(last):.2f} "
             f"({min(last):.2f} to {max(last):.2f}) |"
         )
     return "\n".join(rows)
