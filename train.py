@@ -84,6 +84,22 @@ class Study:
 
 
 @dataclass
+class Tune:
+    """Try the same quasi-random settings on every arm of a study that has a search."""
+
+    config: Path = Path("configs/studies/tuning.yaml")
+    """YAML file of the study."""
+    workers: int = 1
+    """Processes."""
+    out: Path | None = None
+    """Folder of the trials; by default runs/<name>_tuning."""
+    set: dict[str, str] = field(default_factory=dict)
+    """Other settings, e.g. --set search.configurations 8."""
+    plugins: list[str] = field(default_factory=list)
+    """Modules that the configuration may import; it cannot run code that is not named here."""
+
+
+@dataclass
 class Report:
     """Turn a study into one HTML page, figures and tables."""
 
@@ -108,6 +124,7 @@ Command = (
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Play, tyro.conf.subcommand("play")]
     | Annotated[Study, tyro.conf.subcommand("study")]
+    | Annotated[Tune, tyro.conf.subcommand("tune")]
     | Annotated[Report, tyro.conf.subcommand("report")]
     | Annotated[Explore, tyro.conf.subcommand("explore")]
 )
@@ -179,6 +196,23 @@ def _study(command: Study) -> int:
     return 1 if lost else 0
 
 
+def _tune(command: Tune) -> int:
+    from agents.learning.config import load_config
+    from agents.studies.config import StudyConfig
+    from agents.studies.tuning import WINNERS, tune
+
+    config = load_config(StudyConfig, _found(command.config), dict(command.set))
+    if command.workers < 1:
+        raise ValueError(f"--workers must be at least 1, got {command.workers}")
+    folder = command.out or RUNS / f"{config.name}_tuning"
+    ends = tune(config, folder, command.workers)
+    if ends["unfinished"]:
+        print(f"{ends['unfinished']} runs unfinished; the same command continues them")
+        return 1
+    print(f"every trial: {folder}; the winners: {folder / WINNERS}")
+    return 0
+
+
 def _report(command: Report) -> int:
     from agents.reporting.report import write_report
 
@@ -229,7 +263,7 @@ def _merged(arguments: Sequence[str]) -> list[str]:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    command: Train | Evaluate | Play | Study | Report | Explore = tyro.cli(
+    command: Train | Evaluate | Play | Study | Tune | Report | Explore = tyro.cli(
         Command, args=_merged(arguments), description=__doc__
     )
     if not isinstance(command, Report | Explore):
@@ -245,6 +279,8 @@ def _run(arguments: Sequence[str]) -> int:
             return _play(command)
         case Study():
             return _study(command)
+        case Tune():
+            return _tune(command)
         case Report():
             return _report(command)
         case Explore():
@@ -264,7 +300,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _run(arguments)
     except (KeyboardInterrupt, Terminated) as stop:
-        resumable = arguments and arguments[0] in ("train", "study")
+        resumable = arguments and arguments[0] in ("train", "study", "tune")
         way_on = "; the same command continues from the last checkpoint" if resumable else ""
         print(f"stopped{way_on}", file=sys.stderr)
         sys.stdout.flush()

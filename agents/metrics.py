@@ -12,6 +12,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 FILE = "metrics.json"
 
 SHOWN_UNITS = {"m": ("mm", 1e3)}
@@ -72,6 +75,39 @@ class Metric:
         known = bool(stem) and suffix in _SUFFIXES
         label = (stem if known else name).replace("_", " ")
         return cls(name, label, _SUFFIXES[suffix] if known else "", float("inf"))
+
+
+def auc(env_steps: ArrayLike, curves: ArrayLike) -> NDArray[np.float64]:
+    """Area under curves divided by the range of steps: the mean height, in the curve's own unit.
+
+    Parameters
+    ----------
+    env_steps : array_like, shape (E,)
+        Strictly increasing environment steps of the E >= 2 evaluations.
+    curves : array_like, shape (..., E)
+        Scores at those steps.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Trapezoidal mean; in [0, 1] for success rates.
+
+    Raises
+    ------
+    ValueError
+        If the steps do not increase or the shapes do not fit.
+
+    Examples
+    --------
+    >>> float(auc([0, 10, 20], [0.0, 1.0, 1.0]))
+    0.75
+    """
+    x, y = np.asarray(env_steps, float), np.asarray(curves, float)
+    if x.ndim != 1 or x.size < 2 or not (np.diff(x) > 0).all():
+        raise ValueError("env_steps must be one-dimensional and strictly increasing, two or more")
+    if y.shape[-1:] != x.shape:
+        raise ValueError(f"curves end in shape {y.shape[-1:]}, env_steps has shape {x.shape}")
+    return np.asarray(np.trapezoid(y, x, axis=-1) / (x[-1] - x[0]))
 
 
 def metrics_text(declared: Iterable[Any]) -> str:

@@ -11,11 +11,15 @@ from __future__ import annotations
 import sys
 import tempfile
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from agents.files import write_bytes, write_text
+from agents.reporting.bootstrap import REPS
 from agents.reporting.committed import load_committed
 from agents.reporting.report import table_page, write_study
+from agents.reporting.summary import Summary, summarise
+from agents.reporting.wording import steps_text, with_interval
 
 RESULTS = Path(__file__).resolve().parent.parent / "docs" / "results"
 
@@ -28,11 +32,64 @@ def rewrite(folder: Path) -> None:
     study = load_committed(folder)
     with tempfile.TemporaryDirectory() as place:
         page = write_study(study, Path(place))
-        for name in KEPT:
+        for name in (name for name in KEPT if (folder / name).exists()):
             write_bytes(folder / name, (page.parent / name).read_bytes())
     for other in folder.glob("against_*"):
         against = replace(study, baseline=other.name.removeprefix("against_"))
         write_text(other / "table.md", table_page(against))
+
+
+@cache
+def _summary(name: str, baseline: str) -> Summary:
+    study = replace(load_committed(RESULTS / name), baseline=baseline)
+    return summarise(study, seed=0, reps=REPS)
+
+
+def row(name: str, score: str, arm: str, baseline: str) -> str:
+    """Return a table row of a score of one arm against another, task by task, as pages show it.
+
+    Parameters
+    ----------
+    name : str
+        A folder of docs/results.
+    score : {"AUC", "steps", "steps to stay"}
+        Difference in AUC of success, or the ratio of steps to the first or the lasting crossing.
+    arm, baseline : str
+        Representations.
+    """
+    shown = {"raw": "raw", "clarke": "Clarke", "raw_scaled": "scaled raw"}
+    cells = []
+    for entry in _summary(name, baseline).comparisons:
+        if entry.representation == arm:
+            cells.append(
+                {
+                    "AUC": with_interval(entry.auc_difference, sign=True),
+                    "steps": steps_text(entry.steps_ratio, entry.censored),
+                    "steps to stay": steps_text(entry.sustained_ratio, entry.never_stayed),
+                }[score]
+            )
+    sign = "−" if score == "AUC" else "/"
+    return f"| {score}: {shown[arm]} {sign} {shown[baseline]} | {' | '.join(cells)} |"
+
+
+ROWS = tuple(
+    (name, score, arm, baseline)
+    for name in ("headline", "headline_mujoco")
+    for score, arm, baseline in (
+        ("AUC", "clarke", "raw"),
+        ("AUC", "raw_scaled", "raw"),
+        ("AUC", "clarke", "raw_scaled"),
+        ("steps", "clarke", "raw"),
+        ("steps to stay", "clarke", "raw"),
+        ("steps", "raw_scaled", "raw"),
+        ("steps", "clarke", "raw_scaled"),
+    )
+) + tuple(
+    (name, score, "clarke", "raw")
+    for name in ("quick", "quick_mujoco")
+    for score in ("AUC", "steps")
+)
+"""Rows of docs/results.md."""
 
 
 def main() -> None:

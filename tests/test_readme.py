@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.committed_reports import ROWS, row
 from clarke_gym.envs.config import all_keywords
 from clarke_gym.registration import ENVIRONMENTS, make_vector_env
 from clarke_gym.representations import representation_names
@@ -115,19 +116,32 @@ def test_linked_files_exist():
             assert (page.parent / link).exists(), f"{page.name}: {link}"
 
 
-def test_the_headline_numbers_are_those_of_the_study():
-    """Ratios of environment steps: 1 over the table's speed-up, interval ends exchanged."""
-    with (ROOT / "docs/results/headline/table.csv").open() as file:
-        rows = {(row["task"], row["representation"]): row for row in csv.DictReader(file)}
-    lines = RESULTS_PAGE.splitlines()
-    head = next(line for line in lines if line.startswith("| | n = 3 | n = 4"))
-    tasks = [cell.strip() for cell in head.strip("|").split("|")][1:]
-    for arm, title in (("clarke", "Clarke / raw"), ("raw_scaled", "scaled raw / raw")):
-        line = next(line for line in lines if line.startswith(f"| {title} |"))
-        cells = [cell.strip() for cell in line.strip("|").split("|")][1:]
-        for task, cell in zip(tasks, cells, strict=True):
-            row = rows[task, arm]
-            numbers = [
-                1.0 / float(row[key]) for key in ("speed_up", "speed_up_high", "speed_up_low")
-            ]
-            assert cell == "{:.2f} [{:.2f}, {:.2f}]".format(*numbers), (task, arm)
+@pytest.mark.parametrize("entry", ROWS, ids=" ".join)
+def test_rows_of_the_results_are_those_of_the_committed_runs(entry):
+    assert row(*entry) in RESULTS_PAGE.splitlines()
+
+
+def test_the_trend_over_n_is_that_of_the_committed_runs():
+    table = (ROOT / "docs" / "results" / "headline" / "table.md").read_text().replace("\\", "")
+    cell = next(
+        line.split(" | ")[1].strip(" |")
+        for line in table.split("each doubling of n")[1].splitlines()
+        if line.startswith("| clarke |")
+    )
+    assert cell in RESULTS_PAGE
+
+
+def test_numbers_of_the_comparison_are_those_of_the_committed_runs():
+    page = (ROOT / "docs" / "comparison.md").read_text().replace("\n", " ")
+    for name, score, arm, baseline in ROWS:
+        if name == "headline_mujoco" and (score, arm) in (("AUC", "clarke"), ("steps", "clarke")):
+            if (score, baseline) == ("AUC", "raw_scaled"):
+                continue
+            for cell in row(name, score, arm, baseline).split(" | ")[1:]:
+                assert cell.strip(" |") in page, (score, baseline, cell)
+    with (ROOT / "docs" / "results" / "interval_coverage.csv").open() as file:
+        shares = [r for r in csv.DictReader(file) if r["law"] != "a fifth fails"]
+    for n in ("5", "10", "20"):
+        cells = [f"{float(r['coverage']):.2f}" for r in shares if r["seeds"] == n]
+        pairs = [" / ".join(cells[i : i + 2]) for i in (0, 2, 4)]
+        assert f"| {n} | {' | '.join(pairs)} |" in page

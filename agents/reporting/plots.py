@@ -17,6 +17,7 @@ from agents.reporting.house_style import (
     mark,
     steps_axis,
 )
+from agents.reporting.inside import LABELS, load_inside
 from agents.reporting.results import Arm, Reference
 from agents.reporting.statistics import curve_band, iqm, performance_profile
 from agents.reporting.summary import ALL_TASKS, Comparison, Summary
@@ -154,6 +155,27 @@ def auc_points(summary: Summary, footer: str) -> bytes:
             ax.set_ylim(rows - 0.4, -0.6)
             ax.set_xlim(-0.02, 1.02)
             ax.set_xlabel("AUC of success")
+        return panel.png()
+
+
+SHOWN_INSIDE = ("noise_on", "noise_off", "approx_kl", "clip_fraction")
+
+
+def inside(summary: Summary, footer: str) -> bytes | None:
+    """Noise on and off the manifold, KL and clipping over environment steps, task by task."""
+    rows = load_inside(summary.study)
+    if not rows:
+        return None
+    with house_style():
+        title = "Inside the runs: means over seeds"
+        panel, stacks = _panel(summary, footer, title, per_task=len(SHOWN_INSIDE))
+        for task, axes in stacks:
+            for ax, name in zip(axes, SHOWN_INSIDE, strict=True):
+                for row in (row for row in rows if row.task == task and name in row.values):
+                    m = mark(row.representation)
+                    ax.plot(row.env_steps, row.values[name], color=m.colour, ls=m.line)
+                ax.set_ylabel(LABELS[name])
+                steps_axis(ax)
         return panel.png()
 
 

@@ -8,6 +8,7 @@ from agents.files import refuse_links, write_bytes, write_text
 from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
 from agents.reporting.html import Picture, page
+from agents.reporting.inside import TABLE, inside_csv, load_inside
 from agents.reporting.loading import load_study
 from agents.reporting.results import ResultsError, Study
 from agents.reporting.summary import Summary, summarise
@@ -48,6 +49,12 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
         "Normalised AUC of the success rate, the primary score: IQM with 95 % interval of that "
         "mean; the dots are seeds, whose spread is another thing.",
         plots.auc_points,
+    ),
+    (
+        "inside",
+        "Inside the runs: length of noise and mean actions in Clarke coordinates, on and off the "
+        "manifold, and how far updates went; means over seeds.",
+        plots.inside,
     ),
     (
         "steps_to_threshold",
@@ -92,8 +99,8 @@ def write_report(
 ) -> Path:
     """Write ``report.html``, the figures as PNG, the tables, and the data behind them.
 
-    ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run
-    and ``runs.csv`` the manifests.
+    ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run,
+    ``runs.csv`` the manifests and ``diagnostics.csv`` what happened inside the runs.
 
     The same runs give the same bytes. Files of an earlier report, which ``report.json`` names, are
     replaced; others never are.
@@ -142,6 +149,9 @@ def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0)
             alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."
             pictures.append(Picture(file, alt, caption, png))
     contents = {picture.file: picture.png for picture in pictures}
+    inside = load_inside(study)
+    if inside:
+        contents[TABLE] = inside_csv(inside).encode()
     contents |= {
         "table.csv": csv_text(summary).encode(),
         "curves.csv": curves_csv(summary.study).encode(),

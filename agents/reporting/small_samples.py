@@ -141,8 +141,8 @@ def mean_t(x: ArrayLike, *, level: float = LEVEL) -> Interval:
 
     Examples
     --------
-    >>> mean_t([3.0, 3.0])
-    Interval(estimate=3.0, low=3.0, high=3.0)
+    >>> mean_t([1.0, 1.0])
+    Interval(estimate=1.0, low=1.0, high=1.0)
     """
     runs = _runs(x)
     mean = float(runs.mean())

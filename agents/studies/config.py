@@ -57,6 +57,34 @@ class Preregistration(Model):
     """Whether the claim rests on seeds that no other committed study has used."""
 
 
+class Range(Model):
+    """Where a setting of the learner is sought."""
+
+    low: float
+    high: float
+    log: bool = False
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Range:
+        if not self.low < self.high or (self.log and self.low <= 0.0):
+            raise ValueError(
+                f"low={self.low} must be below high={self.high}, and above 0 where log is true"
+            )
+        return self
+
+
+class Search(Model):
+    """What `train.py tune` tries, the same for every arm."""
+
+    configurations: Annotated[int, Field(gt=0, le=1_000)]
+    seeds: Annotated[list[int], Field(min_length=1, max_length=100)]
+    """Seeds of the trials; the winners run on others."""
+    space: Annotated[dict[str, Range], Field(min_length=1)]
+    """Setting of the learner -> range."""
+    seed: int = 0
+    """Scrambles the quasi-random sequence."""
+
+
 class StudyConfig(WithPlugins):
     """Representations x tasks x seeds, all else equal.
 
@@ -75,6 +103,7 @@ class StudyConfig(WithPlugins):
     tuning: str
     """How the hyper-parameters were chosen, and with which budget."""
     preregistration: Preregistration | None = Field(default=None, exclude_if=lambda p: p is None)
+    search: Search | None = Field(default=None, exclude_if=lambda s: s is None)
     representations: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     tasks: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     seeds: Annotated[list[int], Field(min_length=1, max_length=10_000)]
@@ -95,6 +124,8 @@ class StudyConfig(WithPlugins):
                 raise ValueError(f"{variant.label!r} runs only on {unknown}, which is no task")
         if len(set(self.seeds)) != len(self.seeds):
             raise ValueError(f"seeds must differ, got {self.seeds}")
+        if self.search is not None and (shared := {*self.search.seeds} & {*self.seeds}):
+            raise ValueError(f"search.seeds and seeds share {sorted(shared)}: winners need others")
         folders: dict[str, str] = {}
         for name, representation, task in self.arms():
             arm = f"{representation.label!r} on {task.label!r}"

@@ -1,0 +1,426 @@
+"""docs/why_clarke.md and its figures, from the committed results of the studies it speaks of.
+
+python -m benchmarks.why_clarke
+
+Every number of the page is computed here; a test fails where page and results differ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from agents.files import write_text
+from agents.reporting.bootstrap import Array, Interval, bootstrap
+from agents.reporting.committed import load_committed
+from agents.reporting.inside import TABLE, read_inside
+from agents.reporting.small_samples import iqm_combination_t, iqm_t, mean_ratio_t
+from agents.reporting.statistics import auc, holm, iqm, welch_p
+from agents.reporting.survival import first_crossing
+from agents.reporting.tables import markdown
+from agents.reporting.wording import number, with_interval
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PAGE, TEMPLATE = DOCS / "why_clarke.md", Path(__file__).with_name("why_clarke.template.md")
+
+CLOSE = 0.02
+"""An arm closes the gap where its difference to Clarke lies inside plus and minus this."""
+
+PATH = (
+    ("wide", "action box as wide as Clarke's"),
+    ("wide noise", "noise as long on the manifold"),
+    ("wide noise gain", "gain of the mean"),
+    ("raw_scaled", "scale of the observations"),
+    ("scaled marginal", "likelihood of what reaches the manifold"),
+    ("scaled marginal see clarke", "two numbers an observation block, not n"),
+    ("clarke", "rest: n outputs for two numbers"),
+)
+"""From raw to Clarke, one change a step: the arm that has it, and what changed."""
+
+SINGLE = (
+    ("wide", "raw", "action box"),
+    ("wide noise", "wide", "noise, in the wide box"),
+    ("wide gain", "wide", "gain of the mean, in the wide box"),
+    ("see scaled", "raw", "scale of the observations"),
+    ("see clarke", "see scaled", "number of the observations"),
+    ("marginal", "raw", "likelihood"),
+)
+"""Each cause alone: the arm that has it, the arm that has not, and what changed."""
+
+ARMS = {
+    "raw": "n displacements",
+    "wide": "raw, action box s times as wide",
+    "wide noise": "wide, noise scaled by s",
+    "wide gain": "wide, mean scaled by s",
+    "wide noise gain": "scaled actions, raw observations",
+    "see scaled": "raw actions, scaled observations",
+    "raw_scaled": "actions and observations scaled by s",
+    "see clarke": "raw actions, Clarke observations",
+    "scaled see clarke": "scaled actions, Clarke observations",
+    "marginal": "raw, marginal likelihood",
+    "wide marginal": "wide, marginal likelihood",
+    "scaled marginal": "scaled, marginal likelihood",
+    "scaled marginal see clarke": "scaled actions, Clarke observations, marginal likelihood",
+    "manifold noise": "raw, noise on the manifold alone, as long there as raw's",
+    "manifold noise of clarke": "the same, as long as Clarke's",
+    "modal": "raw actions turned so that two axes span the manifold",
+    "clarke see raw": "Clarke actions, raw observations",
+    "clarke nuisance": "Clarke and n - 2 actions that do nothing",
+    "clarke nuisance marginal": "the same, marginal likelihood",
+    "clarke": "two Clarke coordinates a segment",
+}
+"""Arms of the mechanism study in the order of the page, and what each is."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Scores of one arm's runs."""
+
+    auc: Array
+    steps: Array  # to the first crossing of the threshold, the budget where there is none
+    reached: int
+    final_error_mm: Array
+
+
+@cache
+def runs(study: str) -> dict[tuple[str, str], Runs]:
+    """Return the scores of a committed study by (task, arm)."""
+    loaded = load_committed(DOCS / "results" / study)
+    found = {}
+    for arm in loaded.arms:
+        if not arm.done:
+            continue
+        success = loaded.success(arm)
+        steps, reached = first_crossing(loaded.env_steps, success, loaded.threshold)
+        errors = loaded.curves(arm, arm.metrics[0])[:, -1]
+        found[arm.task, arm.representation] = Runs(
+            auc(loaded.env_steps, success), steps, int(reached.sum()), errors
+        )
+    return found
+
+
+def registered(study: str) -> str:
+    """Return the first digits of the hash of what was preregistered."""
+    return load_committed(DOCS / "results" / study).registered[:12]
+
+
+def mechanism() -> dict[str, Runs]:
+    """Return the arms of the mechanism study."""
+    return {arm: scores for (_, arm), scores in runs("mechanism").items()}
+
+
+def seeds(arms: dict[str, Runs]) -> str:
+    """Return the number of seeds an arm, a range where it differs."""
+    counts = sorted({len(scores.auc) for scores in arms.values()})
+    return str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+
+
+def combination(weights: dict[str, float]) -> Interval:
+    """Return a weighted sum of the arms' interquartile mean AUC."""
+    arms = mechanism()
+    used = {arm: w for arm, w in weights.items() if w}
+    return iqm_combination_t([arms[arm].auc for arm in used], list(used.values()))
+
+
+def effect(arm: str, without: str) -> Interval:
+    """Return how much higher the AUC of one arm is than that of another."""
+    return combination({arm: 1.0, without: -1.0})
+
+
+def additivity() -> Interval:
+    """Return the sum of the single effects minus the whole gap."""
+    weights = dict.fromkeys(mechanism(), 0.0)
+    for arm, without, _ in SINGLE:
+        weights[arm] += 1.0
+        weights[without] -= 1.0
+    weights["clarke"] -= 1.0
+    weights["raw"] += 1.0
+    return combination(weights)
+
+
+def share(arm: str) -> Interval:
+    """Return the share of the gap that an arm closes (delta method)."""
+    gap = effect("clarke", "raw").estimate
+    part = effect(arm, "raw").estimate / gap
+    if arm == "clarke":
+        return Interval(part, part, part)
+    around = combination({arm: 1.0, "raw": part - 1.0, "clarke": -part})
+    reach = (around.high - around.low) / 2.0 / gap
+    return Interval(part, part - reach, part + reach)
+
+
+def closes(arm: str) -> bool:
+    """Return whether an arm closes the gap by the rule that was registered."""
+    if arm == "clarke":
+        return True
+    difference = effect(arm, "clarke")
+    return difference.low > -CLOSE and difference.high < CLOSE
+
+
+def adjusted() -> dict[str, float]:
+    """Return Holm-adjusted p-values of every arm against raw (Welch test on AUC)."""
+    arms = mechanism()
+    others = [arm for arm in ARMS if arm != "raw"]
+    values = holm([welch_p(arms[arm].auc, arms["raw"].auc) for arm in others])
+    return dict(zip(others, map(float, values), strict=True))
+
+
+def signed(interval: Interval) -> str:
+    """Return a difference in AUC with its interval."""
+    return with_interval(interval, 3, sign=True)
+
+
+def p_text(p: float) -> str:
+    """Return a p-value.
+
+    Examples
+    --------
+    >>> p_text(0.2), p_text(0.0002)
+    ('0.200', '< 0.001')
+    """
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def _plain_table(rows: list[list[str]]) -> str:
+    return markdown(rows).replace("\\[", "[").replace("\\]", "]").replace("&lt;", "<")
+
+
+def path_table() -> str:
+    """Return the way from raw to Clarke, one change a row."""
+    arms, rows = mechanism(), [["step", "arm that has it", "AUC", "change"]]
+    rows.append(["raw", "raw", number(float(iqm(arms["raw"].auc)), 3), ""])
+    before = "raw"
+    for arm, what in PATH:
+        rows.append([what, arm, number(float(iqm(arms[arm].auc)), 3), signed(effect(arm, before))])
+        before = arm
+    rows.append(["all together", "", "", signed(effect("clarke", "raw"))])
+    return _plain_table(rows)
+
+
+def single_table() -> str:
+    """Return each cause alone."""
+    rows = [["cause alone", "arm", "against", "change of AUC"]]
+    rows += [[what, a, b, signed(effect(a, b))] for a, b, what in SINGLE]
+    rows.append(["sum of these - gap", "", "", signed(additivity())])
+    return _plain_table(rows)
+
+
+def arm_table() -> str:
+    """Return every arm against raw."""
+    arms, p = mechanism(), adjusted()
+    rows = [["arm", "what it is", "AUC", "minus raw", "p (Holm)"]]
+    rows[0] += ["share of the gap", "closes it", "steps / raw's", "final error, mm"]
+    for arm, what in ARMS.items():
+        scores = arms[arm]
+        row = [arm, what, with_interval(iqm_t(scores.auc), 3)]
+        if arm == "raw":
+            row += ["", "", "", "", ""]
+        else:
+            ratio = mean_ratio_t(scores.steps, arms["raw"].steps)
+            row += [signed(effect(arm, "raw")), p_text(p[arm]), with_interval(share(arm))]
+            row += ["yes" if closes(arm) else "no", with_interval(ratio)]
+        rows.append([*row, number(float(iqm(scores.final_error_mm)))])
+    return _plain_table(rows)
+
+
+# --- the law over n ---------------------------------------------------------------------------
+
+FITTED, HELD_OUT = (3, 6, 11, 32, 64), 24
+
+
+def power(n: float | Array, p: float) -> float | Array:
+    """Return (n / 2)^p, 1 at two coordinates."""
+    return (np.asarray(n, float) / 2.0) ** p
+
+
+def linear(n: float | Array, b: float | Array) -> float | Array:
+    """Return 1 + b (n - 2), 1 at two coordinates."""
+    return 1.0 + b * (np.asarray(n, float) - 2.0)
+
+
+def fit_power(n: Array, ratios: Array) -> Array:
+    """Return p by least squares of the logarithms, for ratios (..., N)."""
+    x = np.log(n / 2.0)
+    return np.asarray(np.log(ratios) @ x / (x @ x))
+
+
+def fit_linear(n: Array, ratios: Array) -> Array:
+    """Return b by least squares of the logarithms, for ratios (..., N)."""
+    grid = np.geomspace(1e-3, 2.0, 2000)
+    model = np.log(linear(n, 1.0 * grid[:, None]))
+    misses = ((np.log(ratios)[..., None, :] - model) ** 2).sum(axis=-1)
+    return np.asarray(grid[misses.argmin(axis=-1)])
+
+
+def ratios(arm: str) -> dict[int, Interval]:
+    """Return mean steps of an arm over Clarke's, by n."""
+    scores = runs("scaling")
+    clarke = scores["n = 3", "clarke"].steps
+    return {
+        int(task.removeprefix("n = ")): mean_ratio_t(found.steps, clarke)
+        for (task, name), found in scores.items()
+        if name == arm
+    }
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of steps over n: its parameter, and what it says where it was not fitted."""
+
+    name: str
+    parameter: Interval
+    predicted: float
+
+
+def laws() -> list[Law]:
+    """Return the power law and the linear law, with seeds resampled."""
+    scores = runs("scaling")
+    raw = [scores[f"n = {n}", "raw"].steps for n in FITTED]
+    clarke = [scores["n = 3", "clarke"].steps]
+    n = np.array(FITTED, float)
+    found = []
+    for name, fit, law in (("power", fit_power, power), ("linear", fit_linear, linear)):
+
+        def parameter(ours: list[Array], theirs: list[Array], fit: object = fit) -> Array:
+            means = np.stack([steps.mean(axis=1) for steps in ours], axis=-1)
+            values = means / theirs[0].mean(axis=1)[:, None]
+            return np.asarray(fit(n, values))  # type: ignore[operator]
+
+        interval = bootstrap(parameter, raw, clarke, seed=0, reps=1000)
+        found.append(Law(name, interval, float(law(HELD_OUT, interval.estimate))))
+    return found
+
+
+def best_law() -> Law:
+    """Return the law that predicts the number of tendons that was left out."""
+    seen = ratios("raw")[HELD_OUT].estimate
+    return min(laws(), key=lambda law: abs(np.log(law.predicted / seen)))
+
+
+def slope(arm: str) -> Interval:
+    """Return the change of an arm's mean AUC for each doubling of n."""
+    scores = runs("scaling")
+    found = [(int(t.removeprefix("n = ")), r.auc) for (t, name), r in scores.items() if name == arm]
+    x = np.log2([n for n, _ in found])
+    weights = (x - x.mean()) / ((x - x.mean()) @ (x - x.mean()))
+
+    def statistic(ours: list[Array]) -> Array:
+        return np.asarray(weights @ np.array([values.mean(axis=1) for values in ours]))
+
+    return bootstrap(statistic, [values for _, values in found], seed=0, reps=2000)
+
+
+def scaling_table() -> str:
+    """Return steps over Clarke's and AUC by n."""
+    scores, raw, repaired = runs("scaling"), ratios("raw"), ratios("repaired")
+    rows = [["n", "raw: steps / Clarke's", "repaired: steps / Clarke's", "AUC raw", "AUC repaired"]]
+    for n in sorted(raw):
+        pair = [scores[f"n = {n}", name].auc for name in ("raw", "repaired")]
+        row = [f"{n} (not fitted)" if n == HELD_OUT else str(n)]
+        row += [with_interval(raw[n]), with_interval(repaired[n])]
+        rows.append([*row, *(number(float(iqm(values)), 3) for values in pair)])
+    return _plain_table(rows)
+
+
+# --- the page ---------------------------------------------------------------------------------
+
+
+def words() -> dict[str, str]:
+    """Return what the template's {names} stand for."""
+    arms = mechanism()
+    p = adjusted()
+    gap = effect("clarke", "raw")
+    found = {
+        "seeds": seeds(arms),
+        "registered": registered("mechanism"),
+        "raw_auc": number(float(iqm(arms["raw"].auc)), 3),
+        "clarke_auc": number(float(iqm(arms["clarke"].auc)), 3),
+        "gap": signed(gap),
+        "path_table": path_table(),
+        "single_table": single_table(),
+        "arm_table": arm_table(),
+        "additivity": signed(additivity()),
+        "add_up": "contains 0" if not additivity().excludes(0.0) else "does not contain 0",
+        "shown": ", ".join(f"`{a}`" for a in ARMS if a != "raw" and p[a] < 0.05),
+        "not_shown": ", ".join(f"`{a}`" for a in ARMS if a != "raw" and not p[a] < 0.05) or "none",
+        "closing": ", ".join(f"`{a}`" for a in ARMS if a != "clarke" and closes(a)) or "none",
+    }
+    for arm in ARMS:
+        key = arm.replace(" ", "_")
+        found[f"{key}_error"] = number(float(iqm(arms[arm].final_error_mm)))
+        found[f"{key}_minus_clarke"] = signed(effect(arm, "clarke")) if arm != "clarke" else ""
+        found[f"{key}_share"] = with_interval(share(arm))
+        found[f"{key}_gain"] = signed(effect(arm, "raw")) if arm != "raw" else ""
+    before = "raw"
+    for arm, _ in PATH:
+        found[f"step_{arm.replace(' ', '_')}"] = signed(effect(arm, before))
+        before = arm
+    for arm, without, _ in SINGLE:
+        found[f"single_{arm.replace(' ', '_')}"] = signed(effect(arm, without))
+    return found | inside_words() | scaling_words()
+
+
+def scaling_words() -> dict[str, str]:
+    """Return what the law over n adds."""
+    scores = {f"{t} {a}": r for (t, a), r in runs("scaling").items()}
+    law, fits = best_law(), {entry.name: entry for entry in laws()}
+    return {
+        "scaling_seeds": seeds(scores),
+        "scaling_registered": registered("scaling"),
+        "scaling_table": scaling_table(),
+        "power": with_interval(fits["power"].parameter),
+        "linear": with_interval(fits["linear"].parameter, 3),
+        "power_24": number(fits["power"].predicted),
+        "linear_24": number(fits["linear"].predicted),
+        "seen_24": with_interval(ratios("raw")[HELD_OUT]),
+        "law": law.name,
+        "raw_slope": with_interval(slope("raw"), 3, sign=True),
+        "repaired_slope": with_interval(slope("repaired"), 3, sign=True),
+        "independent": "contains 0" if not slope("repaired").excludes(0.0) else "excludes 0",
+        "raw_64": with_interval(ratios("raw")[64]),
+        "repaired_64": with_interval(ratios("repaired")[64]),
+    }
+
+
+INSIDE_AT = (10_000, 80_000)
+"""Environment steps at which the page says what happened inside."""
+
+
+def inside_words() -> dict[str, str]:
+    """Return noise, saturation and clipping of some arms, early and late."""
+    rows = read_inside(DOCS / "results" / "mechanism" / TABLE)
+    found = {}
+    for row in (row for row in rows if row.representation in ARMS):
+        for name, digits in (("noise_on", 2), ("saturated", 3), ("clip_fraction", 2)):
+            for steps in INSIDE_AT:
+                value = row.values[name][np.abs(row.env_steps - steps).argmin()]
+                key = f"{row.representation.replace(' ', '_')}_{name}_{steps // 1000}k"
+                found[key] = number(float(value), digits)
+    return found
+
+
+def page() -> str:
+    """Return the page: the template with every {name} replaced.
+
+    Raises
+    ------
+    KeyError
+        If the template names something that is not computed.
+    """
+    return TEMPLATE.read_text(encoding="utf-8").format_map(words())
+
+
+def main() -> None:
+    """Write the page and its figures."""
+    from benchmarks.why_clarke_figures import write_figures
+
+    write_text(PAGE, page())
+    write_figures(DOCS / "why")
+    print(PAGE)
+
+
+if __name__ == "__main__":
+    main()
