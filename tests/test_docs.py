@@ -60,3 +60,21 @@ def test_the_laws_over_n_are_fitted_as_they_are_written():
     assert float(fit_power(n, power(n, 0.4))) == pytest.approx(0.4)
     assert float(fit_linear(n, linear(n, 0.07))) == pytest.approx(0.07, rel=0.01)
     assert power(2, 0.4) == linear(2, 0.07) == 1.0
+
+
+def test_the_page_of_limits_is_what_the_code_says():
+    from benchmarks.limits import PAGE as LIMITS_PAGE
+    from benchmarks.limits import page
+
+    assert LIMITS_PAGE.read_text() == page()
+
+
+def test_the_leaderboard_and_the_pages_of_tasks_are_what_code_and_data_say():
+    import json
+
+    from benchmarks import leaderboard, task_pages
+
+    data = json.loads(leaderboard.DATA.read_text())
+    assert leaderboard.PAGE.read_text() == leaderboard.page(data)
+    written = {path.name: path.read_text() for path in task_pages.FOLDER.glob("*.md")}
+    assert written == task_pages.pages()

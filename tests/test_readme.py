@@ -93,6 +93,19 @@ def test_code_of_pages_runs(page, monkeypatch):
         exec(block, space)
 
 
+def test_cells_of_get_started_run_and_learn(capsys):
+    """As `make docs` runs them, without what a notebook is needed for."""
+    text = (ROOT / "docs" / "get_started.md").read_text()
+    space = {}
+    for cell in re.findall(r"```\{code-cell\} python\n(.*?)```", text, flags=re.DOTALL):
+        if "env.render()" in cell:
+            continue  # pictures need OpenGL
+        exec(cell, space)
+    rates = re.findall(r"\d+ tendons: (\d\.\d\d)", capsys.readouterr().out)
+    assert len(rates) == 4
+    assert min(map(float, rates)) >= 0.9
+
+
 def test_linked_files_exist():
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]
     for page in pages:

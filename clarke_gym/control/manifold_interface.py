@@ -67,7 +67,7 @@ class ManifoldInterface:
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
         self._shown = goal.shown
-        self._goal_scale = goal.divisor if np.ndim(goal.divisor) == 0 else goal.divisor[goal.shown]
+        self._goal_scale = goal.observed_scale
         self._action = _written_in(
             env, (RepresentationAction, VectorAction), face.action_representation
         )

@@ -30,10 +30,10 @@ class OtherLayout(Disturbance):
     r"""A robot whose tendons run elsewhere than everybody thinks.
 
     With the decoder D of the nominal layout and D' of the true one, taut tendons commanded to
-    :math:`\rho` leave the true robot in the shape :math:`D'^+\rho`. The nominal robot takes that
-    shape, and its tendons the same strains, under the command
-    :math:`\rho + (D - D')\,D'^+\rho`, which is what physics is given. What sensors tell of
-    displacements is that of the nominal layout.
+    :math:`\rho` leave the true robot in the shape :math:`s = D'^+\rho` and strained by
+    :math:`\rho - D's`. Physics is given the nominal robot's command to the same end,
+    :math:`Ds + (I-P)(\rho - D's)`: the same shape, and of the strains what is off its manifold.
+    What sensors tell of displacements is that of the nominal layout.
     """
 
     def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
@@ -62,7 +62,9 @@ class OtherLayout(Disturbance):
             mine = self._owner == k
             decoder[:, mine, 2 * k : 2 * k + 2] = own[:, mine]
         inverse = np.linalg.pinv(decoder)
-        return np.eye(self.robot.n_joints) + (self.robot.decoder - decoder) @ inverse
+        nominal, eye = self.robot.decoder, np.eye(self.robot.n_joints)
+        off = eye - nominal @ self.robot.encoder
+        return nominal @ inverse + off @ (eye - decoder @ inverse)
 
     def step(self, command: FloatArray) -> FloatArray:
         """Return the nominal robot's command to the same end [m]."""

@@ -18,6 +18,9 @@ from clarke_gym.representations import Representation
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Goal, Task
 
+FARTHEST_GOAL = 1.05
+"""Farthest place of a goal that is taken, over the robot's length: a little more than its reach."""
+
 RENDER_MODES = ("rgb_array", "depth_array")
 """Modes of the environments themselves."""
 
@@ -188,5 +191,11 @@ def check_options(
         raise ValueError(
             f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
             f"{options['goal']!r}"
+        )
+    points = (given / goal.observed_scale)[..., goal.positions]
+    farthest = float(np.linalg.norm(points, axis=-1).max(initial=0.0))
+    if farthest > FARTHEST_GOAL:
+        raise ValueError(
+            f"options['goal'] lies {farthest:.3g} lengths of the robot from its base, out of reach"
         )
     return np.broadcast_to(given, (rows, size))

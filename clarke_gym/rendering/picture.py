@@ -9,8 +9,8 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import weakref
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.rendering.room import camera_distance, make_context, make_model, room
+from clarke_gym.rendering.thread import DrawingThread, drawing_thread
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene
 
@@ -29,11 +30,15 @@ DISK = (0.72, 0.75, 0.80, 1.0)
 BODY = (0.55, 0.60, 0.45, 1.0)
 GOAL = (0.90, 0.35, 0.05, 1.0)
 REACHED = (0.10, 0.65, 0.30, 1.0)
+FORCE = (0.55, 0.20, 0.65, 1.0)
 SHADOW = (0.45, 0.48, 0.52, 1.0)
 SLACK = np.array([0.16, 0.42, 0.88, 1.0])
 AT_REST = np.array([0.62, 0.63, 0.66, 1.0])
 TAUT = np.array([0.85, 0.10, 0.15, 1.0])
 UP = np.array([0.0, 0.0, 1.0])
+
+FULL_FORCE_N = 0.2
+"""Force whose arrow is a quarter of the robot long."""
 
 _ARROW = mujoco.mjtGeom.mjGEOM_ARROW
 _CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -128,11 +133,13 @@ class Picture:
     ) -> None:
         self._robot, self._bodies = robot, scene.numbers
         # A context belongs to a thread; in the caller's, that of a window may be current.
-        self._thread = ThreadPoolExecutor(1, "clarke_gym-opengl")
-        self._open, self._process = True, os.getpid()
-        self._thread.submit(self._make, width, height).result()
+        self._thread, self._process = drawing_thread(), os.getpid()
+        context, render = self._thread.ask(self._make, width, height)
+        # A picture that nobody closes is freed when it is forgotten.
+        self._end = weakref.finalize(self, _leave, self._thread, context, render)
+        self._end.atexit = False
 
-    def _make(self, width: int, height: int) -> None:
+    def _make(self, width: int, height: int) -> tuple[Any, Any]:
         length = self._robot.length_m
         self._floor, reach = room(self._robot)
         self._context = make_context(width, height)
@@ -151,6 +158,7 @@ class Picture:
         self._camera.lookat[:] = 0.0, 0.0, 0.5 * (length + self._floor)
         self._camera.distance = camera_distance(length - self._floor, reach, width / height)
         self._camera.azimuth, self._camera.elevation = 130.0, -14.0
+        return self._context, self._render
 
     def draw(
         self,
@@ -160,6 +168,8 @@ class Picture:
         goal: Sequence[float] | FloatArray | None = None,
         success: bool = False,
         bodies: FloatArray | None = None,
+        path: FloatArray | None = None,
+        force: FloatArray | None = None,
     ) -> tuple[Image, NDArray[np.float32]]:
         """Return the picture and its depth.
 
@@ -177,6 +187,10 @@ class Picture:
             Draw the goal in green.
         bodies : ndarray, shape (K, 7), optional
             Ends of the axes and radii of the bodies [m], where they are not as in the scene.
+        path : ndarray, shape (K, 3), optional
+            Places that the goal will come to [m].
+        force : ndarray, shape (3,), optional
+            What pushes the tip [N], drawn as an arrow that ends there.
 
         Returns
         -------
@@ -193,8 +207,10 @@ class Picture:
             raise RuntimeError(
                 "pictures do not survive a fork; make the environment in the process that draws"
             )
-        arguments = backbone, points, load, goal, success, bodies
-        return self._thread.submit(self._draw, *arguments).result()
+        result: tuple[Image, NDArray[np.float32]] = self._thread.ask(
+            self._draw, backbone, points, load, goal, success, bodies, path, force
+        )
+        return result
 
     def _draw(
         self,
@@ -204,6 +220,8 @@ class Picture:
         goal: Sequence[float] | FloatArray | None,
         success: bool,
         bodies: FloatArray | None,
+        path: FloatArray | None,
+        force: FloatArray | None,
     ) -> tuple[Image, NDArray[np.float32]]:
         self._context.make_current()
         mujoco.mjv_updateScene(
@@ -224,6 +242,17 @@ class Picture:
                 self._link(_CAPSULE, radius, start, end, BODY)
         if goal is not None:
             self._draw_goal(np.asarray(goal, np.float64), REACHED if success else GOAL)
+        for place in () if path is None else path:
+            self._sphere(place, 0.008 * self._robot.length_m, GOAL)
+        if force is not None and np.linalg.norm(force) > 0.0:
+            size = 0.25 * self._robot.length_m / FULL_FORCE_N
+            self._link(
+                _ARROW,
+                0.015 * self._robot.length_m,
+                backbone[-1] - size * force,
+                backbone[-1],
+                FORCE,
+            )
         mujoco.mjr_render(self._rect, self._scene, self._render)
         rgb = np.empty((self._rect.height, self._rect.width, 3), np.uint8)
         depth = np.empty((self._rect.height, self._rect.width), np.float32)
@@ -232,14 +261,7 @@ class Picture:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self._open and os.getpid() == self._process:
-            self._open = False
-            self._thread.submit(self._free).result()
-            self._thread.shutdown()
-
-    def _free(self) -> None:
-        self._render.free()
-        self._context.free()
+        self._end()
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
@@ -312,3 +334,15 @@ class Picture:
             np.eye(3).ravel(),
             np.asarray(rgba, np.float32),
         )
+
+
+def _leave(thread: DrawingThread, context: Any, render: Any) -> None:
+    """Let the drawing thread free what a picture held."""
+    if thread.process == os.getpid():
+        thread.tell(_free, context, render)
+
+
+def _free(context: Any, render: Any) -> None:
+    context.make_current()
+    render.free()
+    context.free()

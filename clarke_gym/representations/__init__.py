@@ -3,6 +3,7 @@
 from clarke_gym.representations.registry import (
     REPRESENTATIONS,
     Representation,
+    clarke_layout,
     make_representation,
     register_representation,
     representation_names,
@@ -11,6 +12,7 @@ from clarke_gym.representations.registry import (
 __all__ = [
     "REPRESENTATIONS",
     "Representation",
+    "clarke_layout",
     "make_representation",
     "register_representation",
     "representation_names",

@@ -27,7 +27,7 @@ published names     2     Clarke in the axes of `clarke_gym.clarke.parametrisati
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.clarke.parametrisations import PARAMETRISATIONS, Parametrisation
+from clarke_gym.clarke.transform import layout_matrices
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_last_axis
 from clarke_gym.numerics.linear_map import block_diagonal, map_rows
@@ -288,6 +289,44 @@ def to_polar(pairs: NDArray[Any]) -> None:
     x, y = pairs[..., 0::2].copy(), pairs[..., 1::2].copy()
     pairs[..., 0::2] = 2.0 * np.sqrt(x * x + y * y) - 1.0
     pairs[..., 1::2] = np.arctan2(y, x) / np.pi
+
+
+def clarke_layout(
+    angles_rad: Sequence[float] | NDArray[Any], radii_m: float | Sequence[float] | NDArray[Any]
+) -> Callable[[Segment], LinearMaps]:
+    """Return Clarke coordinates of the layout that somebody takes a segment's tendons to have.
+
+    `representation="clarke"` is that of the robot's description. Where the real tendons are
+    elsewhere, the maps of their true layout repair what can be repaired.
+
+    Parameters
+    ----------
+    angles_rad : array_like, shape (n,)
+        Angles of the tendons around the backbone [rad].
+    radii_m : float or array_like, shape (n,)
+        Their distances from it [m].
+
+    Returns
+    -------
+    callable
+        What `register_representation` takes.
+
+    Raises
+    ------
+    ValueError
+        If the layout is impossible, once the maps of a segment are asked for.
+
+    Examples
+    --------
+    >>> angles = np.array([0.1, 2.0, 4.3])  # not where the ring has them
+    >>> register_representation("measured_doctest", clarke_layout(angles, 0.01))
+    """
+
+    def maps(segment: Segment) -> LinearMaps:
+        encoder, decoder = layout_matrices(angles_rad, radii_m, segment.pitch_radius_m)
+        return decoder, encoder
+
+    return maps
 
 
 def representation_names() -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from clarke_gym.clarke.transform import joint_angles
 from clarke_gym.numerics.checks import check_choice, check_count, check_tendon_count
 from clarke_gym.numerics.registry import Registry
-from clarke_gym.robots.description import robot_from_dict, robot_from_yaml
+from clarke_gym.robots.description import check_plausible, robot_from_dict, robot_from_yaml
 from clarke_gym.robots.materials import MATERIALS
 from clarke_gym.robots.robot import Robot, Segment
 
@@ -185,6 +185,11 @@ def make_robot(
         "max_bending_rad": max_bending_rad,
     }
     given: dict[str, Any] = {k: value for k, value in changes.items() if value is not None}
+    # What is no positive number the segment itself refuses.
+    check_plausible(
+        {k: v for k, v in given.items() if isinstance(v, int | float) and 0.0 < v < math.inf},
+        "robot",
+    )
     if pitch_radius_m is not None:
         given["tendon_radii_m"] = None
     if material is not None:

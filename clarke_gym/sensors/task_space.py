@@ -182,8 +182,8 @@ class _OfGoal(TaskSensor):
     @property
     def scale(self) -> float | FloatArray:
         """That of the goal."""
-        scale: float | FloatArray = self._goal.divisor
-        return scale if np.ndim(scale) == 0 else scale[self._goal.shown]  # type: ignore[index]
+        scale: float | FloatArray = self._goal.observed_scale
+        return scale
 
     @property
     def bound(self) -> float:

@@ -103,6 +103,18 @@ class Goal:
         """The scale in double precision: a number, or an array (size,)."""
         return np.asarray(self.scale, np.float64)[()]
 
+    @cached_property
+    def positions(self) -> NDArray[np.intp]:
+        """Where positions stand among the numbers that sensors see, shape (positions, 3)."""
+        firsts = [label[:1] for label in self.labels[self.shown]]
+        found = [k for k in range(len(firsts) - 2) if firsts[k : k + 3] == ["x", "y", "z"]]
+        return np.array([[k, k + 1, k + 2] for k in found], np.intp).reshape(-1, 3)
+
+    @property
+    def observed_scale(self) -> Any:
+        """The divisor of the numbers that sensors see: one, or one each."""
+        return self.divisor if np.ndim(self.divisor) == 0 else self.divisor[self.shown]
+
     @property
     def is_position(self) -> bool:
         """Whether a controller that steers the tip to a point can reach it."""
@@ -166,6 +178,8 @@ class Task(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Nouns of `RobotState` that not every physics has, e.g. "contact_force"."""
     max_episode_steps: ClassVar[int] = 50
+    moves: ClassVar[bool] = True
+    """Whether goals that `advance` tells change during an episode."""
     prepared: ClassVar[int] = 16
     """Episodes that an environment draws at once, so that they are prepared in one go."""
     previews: ClassVar[int] = 0

@@ -50,7 +50,8 @@ def test_reward_terms_add_up_and_error_is_the_distance():
 def test_success_means_within_the_tolerance(tolerance):
     envs = gym.make_vec(ID, num_envs=200, success_tolerance=tolerance, random_start=False)
     rng = np.random.default_rng(0)
-    goals = np.array([0.0, 0.0, 0.2]) + rng.normal(size=(200, 3)) * 0.2 * tolerance
+    goals = np.array([0.0, 0.0, 0.2]) + rng.normal(size=(4000, 3)) * 0.2 * tolerance
+    goals = goals[np.linalg.norm(goals, axis=1) <= 0.2][:200]  # others are out of reach
     envs.reset(seed=0, options={"goal": goals})
     info = envs.step(np.zeros(envs.action_space.shape, np.float32))[4]
     expected = np.linalg.norm(goals - [0.0, 0.0, 0.2], axis=1) <= 0.2 * tolerance
@@ -112,3 +113,12 @@ def test_time_limit_truncates_and_success_does_not_terminate():
     ends = [env.step(env.action_space.sample())[2:4] for _ in range(50)]
     assert ends[:-1] == [(False, False)] * 49
     assert ends[-1] == (False, True)
+
+
+@pytest.mark.parametrize("env_id", ["clarke_gym/Reach-v0", "clarke_gym/Pose-v0"])
+def test_goals_out_of_reach_are_refused(env_id):
+    env = gym.make(env_id)
+    goal = np.zeros(len(env.unwrapped.task.goal.labels))
+    goal[:3] = 0.0, 3.0 * env.unwrapped.robot.length_m, 0.0
+    with pytest.raises(ValueError, match="lies 3 lengths of the robot from its base"):
+        env.reset(options={"goal": goal})

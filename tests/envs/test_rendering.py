@@ -1,5 +1,7 @@
 """Pictures: shape, what they show, headless, recording, and clear errors."""
 
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import gymnasium as gym
@@ -262,3 +264,54 @@ def test_the_window_shows_the_picture_above_the_representations(physics, monkeyp
     assert shown.shape == (480, 480, 3)
     assert shown.std() > 10  # something is drawn
     env.close()
+
+
+FORGETFUL = """
+import gc, threading
+import gymnasium as gym
+import clarke_gym
+
+gc.set_threshold(50)  # forgotten pictures are found in the middle of others
+
+
+def memory_mb():
+    return int(open("/proc/self/statm").read().split()[1]) * 4096 / 1e6
+
+
+def forget(times, vector):
+    for _ in range(times):
+        make = gym.make_vec if vector else gym.make
+        size = {"render_width": 64, "render_height": 64}
+        env = make("clarke_gym/Reach-v0", render_mode="rgb_array", **size)
+        env.reset(seed=0)
+        env.render()
+        ring = [env]
+        ring.append(ring)  # only the collector finds it
+
+
+def at_once():
+    threads = [threading.Thread(target=forget, args=(4, k % 2)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    gc.collect()
+
+
+at_once()
+before = memory_mb()
+at_once()
+at_once()
+print(memory_mb() - before)
+"""
+
+
+@pytest.mark.usefixtures("offscreen")
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_forgotten_pictures_are_freed_from_any_thread_and_nothing_stops():
+    """32 more environments that nobody closes; each held 50 MB and more until then."""
+    done = subprocess.run(
+        [sys.executable, "-c", FORGETFUL], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout) < 400.0

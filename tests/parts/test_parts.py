@@ -245,6 +245,18 @@ def no_task(**_):
         ({"task": "reech"}, ValueError, "did you mean 'reach'"),
         ({"episode_steps": 0}, ValueError, "episode_steps"),
         ({"random_start": 1}, TypeError, "random_start must be true or false"),
+        ({"segment_length_m": 200.0}, ValueError, "length_m must be a number from 0.001 to 10 m"),
+        ({"pitch_radius_m": 1e-5}, ValueError, "pitch_radius_m must be a number from 0.0001"),
+        (
+            {"pitch_radius_m": 1e-4, "physics": "mujoco"},
+            ValueError,
+            "bend a backbone of diameter 0.0014 m by 5.56 % of what they are told",
+        ),
+        (
+            {"payload_kg": 5.0, "physics": "mujoco"},
+            ValueError,
+            "payload_kg=5.0 is more than this robot can be simulated under: at most 0.26 kg",
+        ),
     ],
     ids=str,
 )

@@ -32,11 +32,45 @@ from clarke_gym.physics.mujoco.model import (
 from clarke_gym.physics.mujoco.scene import CONTACT_DT_S
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
+from clarke_gym.physics.statics import taut_gain
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
+from clarke_gym.robots.stiffness import bending_stiffness
+
+LEAST_GAIN = 0.1
+"""Smallest bend over the one that tendons are told, at which they still bend a robot."""
+
+MOST_LOADS = 10.0
+"""Heaviest payload over E I / l^2, under which a backbone buckles."""
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
+
+
+def _check_possible(robot: Robot, payload_kg: float) -> None:
+    """Refuse robots that their tendons cannot bend, and payloads that crush them.
+
+    Raises
+    ------
+    ValueError
+        With the numbers.
+    """
+    for k, segment in enumerate(robot.segments, 1):
+        gain = taut_gain(segment)
+        if gain < LEAST_GAIN:
+            raise ValueError(
+                f"segment {k}: tendons of pitch_radius_m={segment.pitch_radius_m:g} and stiffness "
+                f"{segment.tendon_stiffness_n_m:g} N/m bend a backbone of diameter "
+                f"{segment.backbone_diameter_m:g} m by {100.0 * gain:.3g} % of what they are told; "
+                f"at least {100.0 * LEAST_GAIN:g} % is a robot"
+            )
+    softest = min(bending_stiffness(segment) for segment in robot.segments)
+    most = MOST_LOADS * softest / robot.length_m**2 / abs(STANDARD_GRAVITY_M_S2[2])
+    if payload_kg > most:
+        raise ValueError(
+            f"payload_kg={payload_kg!r} is more than this robot can be simulated under: at most "
+            f"{most:.3g} kg, {MOST_LOADS:g} times what E I / l^2 weighs"
+        )
 
 
 class MujocoPhysics:
@@ -122,6 +156,7 @@ class MujocoPhysics:
         payload_kg: float = 0.0,
         scene: Scene = EMPTY,
     ) -> None:
+        _check_possible(robot, payload_kg)
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
         self.robot, self.batch = robot, as_batch(batch)
         self.surroundings = Surroundings(scene, self.batch.size)

@@ -1,0 +1,211 @@
+"""Scores of every task without learning and with it: docs/leaderboard.json and docs/leaderboard.md.
+
+python train.py study --config configs/studies/leaderboard.yaml
+python -m benchmarks.leaderboard --study runs/leaderboard
+
+Random actions, classical control (`clarke_controller`) and MPPI play the held-out episodes of three
+difficulties; PPO's scores are read from the study's runs. Without --study those stay as they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+import clarke_gym  # noqa: F401  (registers the environments)
+from agents.learning.evaluation import HELD_OUT_SEED
+from agents.yaml_files import read_yaml
+from clarke_gym.control import make_controller
+from clarke_gym.registration import ENVIRONMENTS
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+DATA, PAGE = DOCS / "leaderboard.json", DOCS / "leaderboard.md"
+
+IDS = [name for name, keywords in ENVIRONMENTS.items() if keywords]
+DIFFICULTIES = (0.0, 0.5, 1.0)
+EPISODES = {"random": 50, "clarke_controller": 50, "mppi": 10}
+PLANNED = ("Hold", "Wrap")
+"""Tasks that constant curvature cannot have, so that MPPI cannot plan them."""
+
+LABELS = {
+    "random": "random",
+    "clarke_controller": "classical",
+    "mppi": "MPPI, Clarke",
+    "mppi_raw": "MPPI, raw",
+}
+
+
+def play(env_id: str, agent: str, episodes: int, **keywords: Any) -> dict[str, list[float]]:
+    """Return success, the leading metric and the mean reward of each episode."""
+    envs: Any = gym.make_vec(
+        env_id, num_envs=episodes, autoreset_mode="disabled", n_tendons=7, **keywords
+    )
+    observation, info = envs.reset(seed=HELD_OUT_SEED)
+    envs.action_space.seed(0)
+    controller = None if agent == "random" else make_controller(agent, envs)
+    failed, total = np.zeros(episodes, bool), np.zeros(episodes)
+    steps = envs.unwrapped.episode_steps
+    for _ in range(steps):
+        action = envs.action_space.sample() if controller is None else controller.act(observation)
+        observation, reward, terminated, truncated, info = envs.step(action)
+        failed |= terminated
+        total += np.where(failed, 0.0, reward)
+        if terminated.any() and not (terminated | truncated).all():
+            observation, _ = envs.reset(options={"reset_mask": terminated})
+    lead = envs.unwrapped.task.metrics[0]
+    told = {
+        "success": info["is_success"] & ~failed,
+        lead.name: np.where(failed, lead.worst, info[lead.name]),
+        "reward": total / steps,
+    }
+    envs.close()
+    return {name: [float(value) for value in values] for name, values in told.items()}
+
+
+def references() -> dict[str, Any]:
+    """Return the scores of all agents that do not learn, by task, agent and difficulty."""
+    scores: dict[str, Any] = {}
+    for env_id in IDS:
+        task = env_id.split("/")[1].removesuffix("-v0")
+        agents = [("random", "random", "clarke")]
+        if task != "Wrap":
+            agents.append(("clarke_controller", "clarke_controller", "clarke"))
+        if task not in PLANNED:
+            agents += [("mppi", "mppi", "clarke"), ("mppi_raw", "mppi", "raw")]
+        for label, agent, representation in agents:
+            for difficulty in DIFFICULTIES:
+                if label == "mppi_raw" and difficulty != 0.5:
+                    continue
+                found = play(
+                    env_id,
+                    agent,
+                    EPISODES[agent],
+                    representation=representation,
+                    difficulty=difficulty,
+                )
+                scores.setdefault(task, {}).setdefault(label, {})[str(difficulty)] = found
+                print(task, label, difficulty, np.mean(found["success"]), flush=True)
+    return scores
+
+
+def learned(study: Path) -> dict[str, Any]:
+    """Return evaluations of the study's finished runs, by task, representation and seed."""
+    scores: dict[str, Any] = {}
+    for arm in read_yaml(study / "study.yaml")["arms"]:
+        for seed in arm["seeds"]:
+            folder = study / arm["name"] / f"seed_{seed:02d}"
+            if not (folder / "DONE").exists():
+                continue
+            with np.load(folder / "evals.npz") as evals:
+                found = {
+                    "success": evals["is_success"].mean(1).tolist(),
+                    "env_steps": evals["env_steps"].tolist(),
+                }
+            arms = scores.setdefault(arm["task"], {})
+            arms.setdefault(arm["representation"], {})[str(seed)] = found
+    return scores
+
+
+def interval(values: list[float]) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a rate."""
+    n, p, z = len(values), float(np.mean(values)), 1.959964
+    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return centre - half, centre + half
+
+
+def page(data: dict[str, Any]) -> str:
+    """Return the page as Markdown."""
+    rows = []
+    for task, agents in data["references"].items():
+        row = [f"[{task}](tasks/{task.lower()}.md)"]
+        for agent in LABELS:
+            found = agents.get(agent, {}).get("0.5")
+            row.append("–" if found is None else _rate(found["success"]))
+        for representation in ("raw", "clarke"):
+            seeds = data["learned"].get(task, {}).get(representation, {})
+            last = [float(np.mean(run["success"][-5:])) for run in seeds.values()]
+            row.append(
+                f"{np.mean(last):.2f} ({min(last):.2f} to {max(last):.2f}; {len(last)})"
+                if last
+                else "–"
+            )
+        rows.append("| " + " | ".join(row) + " |")
+    harder = []
+    for task, agents in data["references"].items():
+        for agent, scores in agents.items():
+            if len(scores) == len(DIFFICULTIES):
+                cells = [_mean(scores[str(d)]["reward"]) for d in DIFFICULTIES]
+                rates = [f"{np.mean(scores[str(d)]['success']):.2f}" for d in DIFFICULTIES]
+                harder.append(f"| {task} | {LABELS[agent]} | " + " | ".join(cells + rates) + " |")
+    return _TEXT.format(
+        rows="\n".join(rows),
+        harder="\n".join(harder),
+        agents=" | ".join(LABELS.values()),
+        episodes=EPISODES["random"],
+        planned=EPISODES["mppi"],
+    )
+
+
+def _rate(values: list[float]) -> str:
+    low, high = interval(values)
+    return f"{np.mean(values):.2f} [{low:.2f}, {high:.2f}]"
+
+
+def _mean(values: list[float]) -> str:
+    half = 1.96 * np.std(values, ddof=1) / np.sqrt(len(values))
+    return f"{np.mean(values):.3f} ± {half:.3f}"
+
+
+_TEXT = """# Leaderboard
+
+Success at the end of an episode, seven tendons, difficulty 0.5, nothing disturbed; Hold and
+Wrap on MuJoCo, all else with constant curvature. `python -m benchmarks.leaderboard` writes this
+page from `leaderboard.json`.
+
+- Random, classical control (`clarke_controller`; on Gate and Nest by clear ways) and MPPI (256
+  samples, horizon 15, planning on constant curvature) know nothing that is hidden, but what a
+  task tells: goal, path and bodies. Rates with Wilson's 95 % interval over {episodes} held-out
+  episodes, MPPI over {planned}.
+- PPO: 409,600 steps with the settings of `configs/algos/ppo.yaml` (gamma 0.98 for Gate and
+  Nest), the mean of the last five evaluations of 100 held-out episodes; then the range over
+  seeds and their number. A reference, not a claim about representations: that is [the
+  comparison](comparison.md).
+
+| task | {agents} | PPO, raw | PPO, Clarke |
+|---|---|---|---|---|---|---|
+{rows}
+
+## Difficulty
+
+Mean reward a step (95 % interval of the mean over episodes), then success, at difficulty 0, 0.5
+and 1.
+
+| task | agent | reward, 0 | 0.5 | 1 | success, 0 | 0.5 | 1 |
+|---|---|---|---|---|---|---|---|
+{harder}
+"""
+
+
+def main() -> None:
+    """Write both files."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--study", type=Path, help="folder of the leaderboard study")
+    parser.add_argument("--page-only", action="store_true", help="write the page from the data")
+    arguments = parser.parse_args()
+    data = json.loads(DATA.read_text()) if DATA.exists() else {"learned": {}}
+    if not arguments.page_only:
+        data["references"] = references()
+    if arguments.study is not None:
+        data["learned"] = learned(arguments.study)
+    DATA.write_text(json.dumps(data, separators=(",", ":")) + "\n")
+    PAGE.write_text(page(data), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
