@@ -27,7 +27,7 @@ tuning: none
 baseline: raw
 representations: [{label: raw}, {label: clarke, env: {representation: clarke}}]
 tasks: [{label: n = 3}]
-seeds: [900, 901]
+seeds: [9000, 9001]
 base:
   env: {num_envs: 8}
   algo: {name: ppo, n_steps: 16, batch_size: 64, n_epochs: 1}
@@ -53,7 +53,7 @@ def test_more_seeds_and_arms_run_only_what_is_missing(tmp_path):
     before = {p: p.stat().st_mtime_ns for p in folder.rglob("evals.npz")}
     grown = small(
         tmp_path,
-        seeds="[900, 901, 902]",
+        seeds="[9000, 9001, 9002]",
         representations="[{label: raw}, {label: clarke, env: {representation: clarke}}, "
         "{label: modal, env: {action_representation: modal}}]",
     )
@@ -70,7 +70,7 @@ def test_what_is_there_must_stay(tmp_path):
     study.keep_or_grow(path, small(tmp_path))
     text = path.read_text()
     for changes in (
-        {"seeds": "[901]"},
+        {"seeds": "[9001]"},
         {"base.total_steps": "128"},
         {"representations": "[{label: raw, algo: {log_std_init: 1.0}}, {label: clarke}]"},
     ):
@@ -83,7 +83,7 @@ def test_a_preregistered_study_gets_more_seeds_alone(tmp_path):
     registered = small(tmp_path, SMALL + REGISTERED)
     path = tmp_path / "study.yaml"
     study.keep_or_grow(path, registered)
-    more = small(tmp_path, SMALL + REGISTERED, seeds="[900, 901, 902]")
+    more = small(tmp_path, SMALL + REGISTERED, seeds="[9000, 9001, 9002]")
     assert more.registered == registered.registered
     study.keep_or_grow(path, more)
     for changes in ({"preregistration.rule": "other"}, {"thresholds.success": "0.5"}):
@@ -102,9 +102,9 @@ def test_a_dry_run_writes_nothing(tmp_path):
 
 def test_fresh_seeds_are_no_other_studys(tmp_path):
     with pytest.raises(ConfigError, match=r"seeds \[0\] are not fresh: quick.yaml has used them"):
-        small(tmp_path, SMALL + REGISTERED, seeds="[0, 900]")
-    stale = {"seeds": "[0, 900]", "preregistration.fresh": "false"}
-    assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 900]
+        small(tmp_path, SMALL + REGISTERED, seeds="[0, 9000]")
+    stale = {"seeds": "[0, 9000]", "preregistration.fresh": "false"}
+    assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 9000]
 
 
 def test_an_arm_may_run_on_some_tasks_only(tmp_path):
