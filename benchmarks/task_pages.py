@@ -17,7 +17,7 @@ import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.leaderboard import DATA, LABELS, interval
 from clarke_gym.disturbances import DISTURBANCES
 from clarke_gym.registration import ENVIRONMENTS
-from clarke_gym.tasks import TASKS
+from clarke_gym.tasks import TASKS, ObstructedTask
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "tasks"
 
@@ -67,8 +67,9 @@ def _scores(task: str) -> str:
             rows.append(f"| {label} | {rate:.2f} [{low:.2f}, {high:.2f}] |")
     for representation, seeds in data["learned"].get(task, {}).items():
         last = [sum(run["success"][-5:]) / len(run["success"][-5:]) for run in seeds.values()]
+        seeds_text = f"{len(last)} seed{'s' * (len(last) > 1)}"
         rows.append(
-            f"| PPO, {representation}, {len(last)} seeds | {sum(last) / len(last):.2f} "
+            f"| PPO, {representation}, {seeds_text} | {sum(last) / len(last):.2f} "
             f"({min(last):.2f} to {max(last):.2f}) |"
         )
     return "\n".join(rows)
@@ -97,7 +98,10 @@ def page(env_id: str) -> str:
         for metric in face.task.metrics
     )
     goal = "yes" if face.task.goal is not None else "no"
-    ends = "never" if not hasattr(owner, "hull_m") and "failure" not in doc else "as told above"
+    among = issubclass(owner, ObstructedTask)
+    ends = "a body deeper inside the hull than its radius" if among else "none"
+    if among:
+        rest += _markdown(_sections(inspect.getdoc(ObstructedTask) or "")[""]).split("\n\n")[1:]
     parts = [
         f"# {title}",
         f"![{title}](../media/tasks/{name}.png)",

@@ -226,6 +226,32 @@ def arm_table() -> str:
     return _plain_table(rows)
 
 
+SHORT = {
+    "raw": "raw: n displacements",
+    "raw_scaled": "raw times sqrt(n/2)",
+    "scaled marginal": "the same, marginal likelihood",
+    "scaled marginal see clarke": "the same, Clarke observations",
+    "clarke": "Clarke coordinates",
+}
+"""Arms of the short table, and what they are called there."""
+
+
+def short_table() -> str:
+    """Return five rows for a reader in a hurry."""
+    arms = mechanism()
+    rows = [["n = 11", "AUC of success", "share of the gap", "steps / raw's", "final error, mm"]]
+    for arm, name in SHORT.items():
+        scores = arms[arm]
+        row = [name, with_interval(iqm_t(scores.auc), 3)]
+        if arm == "raw":
+            row += ["0", "1"]
+        else:
+            ratio = with_interval(mean_ratio_t(scores.steps, arms["raw"].steps))
+            row += ["1" if arm == "clarke" else with_interval(share(arm)), ratio]
+        rows.append([*row, number(float(iqm(scores.final_error_mm)))])
+    return _plain_table(rows)
+
+
 # --- the law over n ---------------------------------------------------------------------------
 
 FITTED, HELD_OUT = (3, 6, 11, 32, 64), 24
@@ -342,6 +368,7 @@ def words() -> dict[str, str]:
         "path_table": path_table(),
         "single_table": single_table(),
         "arm_table": arm_table(),
+        "short_table": short_table(),
         "additivity": signed(additivity()),
         "add_up": "contains 0" if not additivity().excludes(0.0) else "does not contain 0",
         "shown": ", ".join(f"`{a}`" for a in ARMS if a != "raw" and p[a] < 0.05),

@@ -31,6 +31,9 @@ from clarke_gym.tasks import GoalTask, Outcome, Task
 if TYPE_CHECKING:
     from clarke_gym.rendering import Picture
 
+SHOWN_STEPS = 40
+"""Control periods for which pictures show where a goal will come to."""
+
 FULL_LOAD = 2.0
 """Tension over pretension at which a tendon is drawn red."""
 
@@ -78,6 +81,7 @@ class EnvCore:
         self._tally = Tally(self.task.metrics, batch.size)
         self._tallies = any(metric.over != "now" for metric in self.task.metrics)
         self._picture: Picture | None = None
+        self._pulled: FloatArray | None = None
 
     def _make_physics(self) -> Physics:
         """Return the physics of the robot that disturbances leave of the nominal one."""
@@ -193,7 +197,8 @@ class EnvCore:
                 told = disturbance.step(told)
             sent = self._splitter.rows(told)
         if self._task_pulls or self._pulling:
-            self.physics.pull(self._force())
+            self._pulled = self._force()
+            self.physics.pull(self._pulled)
         self.physics.step(sent)
         self.episode.advance()
 
@@ -301,11 +306,20 @@ class EnvCore:
         points = max(segment.n_disks for segment in self.robot.segments)
         curves, load = self.physics.backbone(points), self._tendon_load()
         success = self.evaluate()[0].success
-        bodies = self.physics.surroundings.numbers
+        bodies, path = self.physics.surroundings.numbers, None
+        if self.task.previews and self.task.goal is not None and self.task.goal.is_position:
+            path = np.stack([self.episode.goal_after(k) for k in range(2, SHOWN_STEPS, 2)])
         for row in rows:
             shown = self._shown_goal(row)
             yield self._picture.draw(
-                curves[row], points, load[row], shown, bool(success[row]), bodies[row]
+                curves[row],
+                points,
+                load[row],
+                shown,
+                bool(success[row]),
+                bodies[row],
+                None if path is None else path[:, row],
+                None if self._pulled is None else self._pulled[row],
             )
 
     def _shown_goal(self, row: int) -> FloatArray | None:

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.tasks import Task
 
+FORESEEN = 32
+"""Control periods for which moving goals are told at once."""
+
 _ALL = slice(None)
 
 _DISTURBED = 1
@@ -60,12 +63,17 @@ class Episode:
         parts = self._begin(probe[None])
         self._prepared = [np.zeros((num_envs, self._block, *part.shape[1:])) for part in parts]
         self._parameters = np.zeros((num_envs, parts[2].shape[1]))
-        self._moves = type(task).advance is not Task.advance
+        self._told_by = type(task).advance is not Task.advance
+        self._moves = self._told_by and task.moves
         self._plain = type(task).draw is Task.draw
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.begun = False
         size = self._parameters.shape[1] if task.goal is None else task.goal.size
         self.goal = np.zeros((num_envs, size))
+        # Goals that move are told some steps ahead in one go; -FORESEEN says that they are not.
+        self._told = np.zeros((num_envs, FORESEEN if self._moves else 0, size))
+        self._told_from = np.full(num_envs, -FORESEEN, dtype=np.int64)
+        self._all = np.arange(num_envs)
         self.observed_goal = np.zeros((num_envs, size), np.float32)
 
     def _begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -77,6 +85,8 @@ class Episode:
         """Bring some goals up to date; observed goals are what they say to single precision."""
         goal = self._parameters[rows]
         if self._moves:
+            goal = self._foreseen(self.steps)[rows]
+        elif self._told_by:
             goal = self._task.advance(goal, self.time_s[rows])
         if self._task.goal is not None:
             observed = self._task.goal.observed(goal)
@@ -98,7 +108,22 @@ class Episode:
         """Return the goals that there will be in some control periods, (B, size) in SI units."""
         if not self._moves:
             return self.goal
-        return self._task.advance(self._parameters, self.time_s + steps * self._control_dt)
+        return self._foreseen(self.steps + steps)
+
+    def _foreseen(self, steps: NDArray[np.int64]) -> FloatArray:
+        """Return where the goals are after some steps (B,), from what was told for many at once."""
+        place = steps - self._told_from
+        late = np.flatnonzero((place < 0) | (place >= self._told.shape[1]))
+        if late.size:
+            self._told_from[late] = steps[late]
+            count = self._told.shape[1]
+            time = (steps[late, None] + np.arange(count)) * np.float64(self._control_dt)
+            rows = np.repeat(self._parameters[late], count, axis=0)
+            told = self._task.advance(rows, time.reshape(-1))
+            self._told[late] = told.reshape(len(late), count, -1)
+            place[late] = 0
+        goals: FloatArray = self._told[self._all, place]
+        return goals
 
     def prepare_again(self) -> None:
         """Prepare the episodes to come anew, from the numbers that were drawn for them."""
@@ -132,6 +157,7 @@ class Episode:
         first, second, parameters = self._draw(rows)
         self._parameters[rows] = parameters if goal is None else self._task.aimed(parameters, goal)
         self.steps[rows] = 0
+        self._told_from[rows] = -FORESEEN
         self.begun = True
         if self.disturbed.shape[1]:
             for index in rows.tolist():
@@ -144,6 +170,7 @@ class Episode:
     def begin_at(self, parameters: FloatArray, steps: int) -> None:
         """Put all environments into one episode that parameters (p,) tell."""
         self._parameters[:], self.steps[:], self.begun = parameters, steps, True
+        self._told_from[:] = steps - FORESEEN
         self._follow(_ALL)
 
     def _draw(self, rows: NDArray[np.intp]) -> list[FloatArray]:
@@ -197,5 +224,6 @@ class Episode:
         self._numbers, self._used = state["numbers"].copy(), state["used"].copy()
         self._parameters, self.steps = state["parameters"].copy(), state["steps"].copy()
         self.begun = state["begun"]
+        self._told_from = self.steps - FORESEEN
         self._prepare_rows(np.arange(len(self._numbers)))
         self._follow(_ALL)

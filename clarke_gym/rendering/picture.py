@@ -30,11 +30,15 @@ DISK = (0.72, 0.75, 0.80, 1.0)
 BODY = (0.55, 0.60, 0.45, 1.0)
 GOAL = (0.90, 0.35, 0.05, 1.0)
 REACHED = (0.10, 0.65, 0.30, 1.0)
+FORCE = (0.55, 0.20, 0.65, 1.0)
 SHADOW = (0.45, 0.48, 0.52, 1.0)
 SLACK = np.array([0.16, 0.42, 0.88, 1.0])
 AT_REST = np.array([0.62, 0.63, 0.66, 1.0])
 TAUT = np.array([0.85, 0.10, 0.15, 1.0])
 UP = np.array([0.0, 0.0, 1.0])
+
+FULL_FORCE_N = 0.2
+"""Force whose arrow is a quarter of the robot long."""
 
 _ARROW = mujoco.mjtGeom.mjGEOM_ARROW
 _CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -164,6 +168,8 @@ class Picture:
         goal: Sequence[float] | FloatArray | None = None,
         success: bool = False,
         bodies: FloatArray | None = None,
+        path: FloatArray | None = None,
+        force: FloatArray | None = None,
     ) -> tuple[Image, NDArray[np.float32]]:
         """Return the picture and its depth.
 
@@ -181,6 +187,10 @@ class Picture:
             Draw the goal in green.
         bodies : ndarray, shape (K, 7), optional
             Ends of the axes and radii of the bodies [m], where they are not as in the scene.
+        path : ndarray, shape (K, 3), optional
+            Places that the goal will come to [m].
+        force : ndarray, shape (3,), optional
+            What pushes the tip [N], drawn as an arrow that ends there.
 
         Returns
         -------
@@ -198,7 +208,7 @@ class Picture:
                 "pictures do not survive a fork; make the environment in the process that draws"
             )
         result: tuple[Image, NDArray[np.float32]] = self._thread.ask(
-            self._draw, backbone, points, load, goal, success, bodies
+            self._draw, backbone, points, load, goal, success, bodies, path, force
         )
         return result
 
@@ -210,6 +220,8 @@ class Picture:
         goal: Sequence[float] | FloatArray | None,
         success: bool,
         bodies: FloatArray | None,
+        path: FloatArray | None,
+        force: FloatArray | None,
     ) -> tuple[Image, NDArray[np.float32]]:
         self._context.make_current()
         mujoco.mjv_updateScene(
@@ -230,6 +242,17 @@ class Picture:
                 self._link(_CAPSULE, radius, start, end, BODY)
         if goal is not None:
             self._draw_goal(np.asarray(goal, np.float64), REACHED if success else GOAL)
+        for place in () if path is None else path:
+            self._sphere(place, 0.008 * self._robot.length_m, GOAL)
+        if force is not None and np.linalg.norm(force) > 0.0:
+            size = 0.25 * self._robot.length_m / FULL_FORCE_N
+            self._link(
+                _ARROW,
+                0.015 * self._robot.length_m,
+                backbone[-1] - size * force,
+                backbone[-1],
+                FORCE,
+            )
         mujoco.mjr_render(self._rect, self._scene, self._render)
         rgb = np.empty((self._rect.height, self._rect.width, 3), np.uint8)
         depth = np.empty((self._rect.height, self._rect.width), np.float32)

@@ -84,6 +84,9 @@ class Scene:
         return np.array(rows, np.float64).reshape(-1, 7)
 
 
+CHUNK = 64
+"""Robots whose distances are computed at once."""
+
 EMPTY = Scene()
 """No bodies: contact stays off."""
 
@@ -109,15 +112,26 @@ def axis_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
     >>> axis_distance(np.array([[0.0, 0.0, 0.1]]), bar).round(9)
     array([[0.09]])
     """
-    start = numbers[..., :3]
-    axis = numbers[..., 3:6] - start
-    square = np.vecdot(axis, axis)
-    # Projections by one matrix product; a sphere's axis of length 0 leaves all of them at 0.
-    reach = points[..., None, :, :] - start[..., :, None, :]
-    along = np.matvec(reach, axis) / np.where(square > 0.0, square, 1.0)[..., None]
-    along = np.minimum(np.maximum(along, 0.0), 1.0)
-    reach -= along[..., None] * axis[..., None, :]
-    distance: FloatArray = np.sqrt(np.vecdot(reach, reach)) - numbers[..., 6, None]
+    place, start = np.moveaxis(points, -1, 0), np.moveaxis(numbers[..., :3], -1, 0)
+    axis = np.moveaxis(numbers[..., 3:6], -1, 0) - start
+    square = axis[0] ** 2 + axis[1] ** 2 + axis[2] ** 2
+    # A sphere's axis of length 0 leaves all projections at 0.
+    inverse = 1.0 / np.where(square > 0.0, square, 1.0)
+    x, y, z = (p[..., None, :] - s[..., None] for p, s in zip(place, start, strict=True))
+    reach = x * axis[0][..., None]
+    reach += y * axis[1][..., None]
+    reach += z * axis[2][..., None]
+    along = np.minimum(np.maximum(reach * inverse[..., None], 0.0), 1.0)
+    x -= along * axis[0][..., None]
+    y -= along * axis[1][..., None]
+    z -= along * axis[2][..., None]
+    x *= x
+    y *= y
+    z *= z
+    x += y
+    x += z
+    distance: FloatArray = np.sqrt(x, out=x)
+    distance -= numbers[..., 6, None]
     return distance
 
 
@@ -167,5 +181,9 @@ class Surroundings:
         """
         if not self.scene.bodies:
             return np.full(self._num_envs, np.inf)
-        gaps: FloatArray = axis_distance(backbone, self._numbers).min(axis=(1, 2))
+        gaps = np.empty(self._num_envs)
+        for k in range(0, self._num_envs, CHUNK):  # more at once would leave the cache
+            rows = slice(k, k + CHUNK)
+            bodies = self._numbers[rows] if self.scene.placed else self._numbers
+            gaps[rows] = axis_distance(backbone[rows], bodies).min(axis=(1, 2))
         return gaps - radius

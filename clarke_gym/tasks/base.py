@@ -178,6 +178,8 @@ class Task(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Nouns of `RobotState` that not every physics has, e.g. "contact_force"."""
     max_episode_steps: ClassVar[int] = 50
+    moves: ClassVar[bool] = True
+    """Whether goals that `advance` tells change during an episode."""
     prepared: ClassVar[int] = 16
     """Episodes that an environment draws at once, so that they are prepared in one go."""
     previews: ClassVar[int] = 0

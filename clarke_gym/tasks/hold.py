@@ -62,6 +62,7 @@ class Hold(ShapedTask):
     )
     needs: ClassVar[tuple[str, ...]] = ("load", "tension")
     max_episode_steps = 100
+    moves = False
 
     def __init__(
         self,

@@ -47,6 +47,7 @@ class ObstructedTask(ShapedTask):
     sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position", "clearance")
     max_episode_steps = 100
     prepared = 4
+    moves = False
 
     def __init__(
         self,

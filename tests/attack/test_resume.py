@@ -13,7 +13,7 @@ from agents.learning import checkpoint, training
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
 from agents.learning.training import train
-from tests.attack.world import LONG, RUNS, popen, write
+from tests.attack.world import DISTURBED, LONG, RUNS, popen, write
 
 NAMES = [name for name in RUNS if ALGORITHMS[RUNS[name]["algo"]["name"]].installed]
 
@@ -23,7 +23,7 @@ class Killed(BaseException):
 
 
 def config(name):
-    return TrainConfig.model_validate(RUNS[name])
+    return TrainConfig.model_validate((RUNS | DISTURBED)[name])
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def whole(tmp_path_factory):
 
 
 def equal(one, other):
-    for name in ("evals.npz", "policy/policy.safetensors"):
+    for name in ("evals.npz", "policy/policy.safetensors", "diagnostics.npz"):
         if (one / name).read_bytes() != (other / name).read_bytes():
             return False
     return True
@@ -60,7 +60,7 @@ def stop_after(steps):
     return hook
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *DISTURBED])
 def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, name):
     expected = whole(name)
     for kills, steps in enumerate((130, 300, 500)):

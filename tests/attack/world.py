@@ -33,6 +33,23 @@ RUNS = {
 }
 """The replay buffers are so small that they are overwritten."""
 
+_WITH_MEMORY = (
+    "backlash+friction+command_delay+sensor_noise+sensor_bias+quantisation+sensor_delay"
+    "+slack_tendon+misplacement+unequal_radii"
+)
+DISTURBED = {
+    f"{name}_disturbed": RUNS[name]
+    | {
+        "env": RUNS[name].get("env", {"num_envs": 4})
+        | {
+            "kwargs": RUNS[name].get("env", {}).get("kwargs", {})
+            | {"disturbances": _WITH_MEMORY, "representation": "raw"}
+        }
+    }
+    for name in ("ppo", "ppo_mujoco", "sac", "sac_her", "td3", "td3_her")
+} | {"ppo_marginal": RUNS["ppo"] | {"algo": _PPO | {"likelihood": "marginal"}}}
+"""Runs whose environments or policies have more to remember."""
+
 STUDY = {
     "name": "attacked",
     "title": "A study under attack",
