@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium as gym
 
 import clarke_gym  # noqa: F401  (registers the environments)
-from clarke_gym.disturbances import DISTURBANCES
+from clarke_gym.disturbances import DISTURBANCES, PRESETS
 from clarke_gym.sensors import LADDER, SENSORS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "sensors.md"
@@ -43,7 +43,11 @@ def page() -> str:
         f"`{name}` stands for {' and '.join(f'`{n}`' for n in names)}"
         for name, names in LADDER.items()
     ]
-    parts.append("; ".join(bundles) + ". Only MuJoCo has what the last column names.")
+    parts.append(
+        "; ".join(bundles)
+        + ", as far as the physics has it; `oracle` for all that there is. Constant "
+        "curvature has no `tension` and no `contact_force`."
+    )
     choices: tuple[tuple[str, dict[str, Any]], ...] = (
         ("Reach in Clarke coordinates, any number of tendons", {"representation": "clarke"}),
         ("Reach in raw tendon space, three tendons", {}),
@@ -57,6 +61,14 @@ def page() -> str:
         entry = DISTURBANCES[name]
         if entry.__module__.startswith("clarke_gym."):
             parts[-1] += f"\n| `{name}` | {_first_line(entry)} | {', '.join(entry.physics)} |"
+    parts.append(
+        'A strength follows a name where it is not 1: `disturbances="payload=0.5+push"`. Presets '
+        "have these strengths, and leave out what has no meaning in the physics:"
+    )
+    parts.append("| preset | disturbances |\n|---|---|")
+    for name, strengths in PRESETS.items():
+        told = ", ".join(f"`{key}` {strength:g}" for key, strength in strengths.items())
+        parts[-1] += f"\n| `{name}` | {told or 'none'} |"
     return "\n\n".join(parts) + "\n"
 
 

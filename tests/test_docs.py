@@ -78,3 +78,11 @@ def test_the_leaderboard_and_the_pages_of_tasks_are_what_code_and_data_say():
     assert leaderboard.PAGE.read_text() == leaderboard.page(data)
     written = {path.name: path.read_text() for path in task_pages.FOLDER.glob("*.md")}
     assert written == task_pages.pages()
+
+
+def test_the_page_of_planning_is_what_its_data_say():
+    import json
+
+    from benchmarks import planning
+
+    assert planning.PAGE.read_text() == planning.page(json.loads(planning.DATA.read_text()))

@@ -145,3 +145,9 @@ def test_numbers_of_the_comparison_are_those_of_the_committed_runs():
         cells = [f"{float(r['coverage']):.2f}" for r in shares if r["seeds"] == n]
         pairs = [" / ".join(cells[i : i + 2]) for i in (0, 2, 4)]
         assert f"| {n} | {' | '.join(pairs)} |" in page
+
+
+def test_the_table_of_why_is_what_its_results_say():
+    from benchmarks import why_clarke
+
+    assert why_clarke.short_table().strip() in README

@@ -11,7 +11,8 @@ import pytest
 import clarke_gym  # noqa: F401
 from clarke_gym.control import load_policy
 
-POLICIES = sorted((Path(__file__).resolve().parents[2] / "policies").glob("*/policy.json"))
+FOLDER = Path(__file__).resolve().parents[2] / "policies"
+POLICIES = sorted(FOLDER.glob("*/policy.json"))
 
 
 @pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.parent.name)
@@ -31,7 +32,7 @@ def test_it_acts_as_in_its_learning_library(path):
 
 @pytest.mark.parametrize("n", [3, 11, 32])
 def test_the_policy_of_seven_tendons_reaches_goals_with_others(n):
-    policy = load_policy(POLICIES[0].parent)
+    policy = load_policy(FOLDER / "reach")
     assert policy.about["env"]["kwargs"]["n_tendons"] == 7
     envs = gym.make_vec("clarke_gym/Reach-v0", num_envs=32, n_tendons=n, representation="clarke")
     observations, _ = envs.reset(seed=5)
@@ -40,9 +41,18 @@ def test_the_policy_of_seven_tendons_reaches_goals_with_others(n):
     assert infos["is_success"].all()
 
 
+def test_cards_say_what_was_measured():
+    from benchmarks import policy_cards
+
+    assert (FOLDER / "README.md").read_text() == policy_cards.index()
+    for path in POLICIES:
+        measured = json.loads((path.parent / "scores.json").read_text())
+        assert (path.parent / "README.md").read_text() == policy_cards.card(path.parent, measured)
+
+
 def test_damaged_files_are_named(tmp_path):
     folder = tmp_path / "policy"
-    shutil.copytree(POLICIES[0].parent, folder)
+    shutil.copytree(FOLDER / "reach", folder)
     tensors = folder / "policy.safetensors"
     whole = tensors.read_bytes()
     for damaged in (whole[:-4000], b"", b"\x00" * 100):
