@@ -44,6 +44,12 @@ def test_why_clarke_says_what_its_studies_say():
     assert WHY.read_text() == page()
 
 
+def test_the_readme_shows_the_short_table():
+    from benchmarks.why_clarke import short_table
+
+    assert short_table() in (DOCS.parent / "README.md").read_text()
+
+
 def test_why_clarke_fails_where_the_results_differ(monkeypatch):
     from benchmarks import why_clarke
 
