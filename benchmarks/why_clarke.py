@@ -407,6 +407,7 @@ def scaling_words() -> dict[str, str]:
         "raw_slope": with_interval(slope("raw"), 3, sign=True),
         "repaired_slope": with_interval(slope("repaired"), 3, sign=True),
         "independent": "contains 0" if not slope("repaired").excludes(0.0) else "excludes 0",
+        "verdict_n": "not independent" if slope("repaired").excludes(0.0) else "independent",
         "raw_64": with_interval(ratios("raw")[64]),
         "repaired_64": with_interval(ratios("repaired")[64]),
     }
