@@ -2,8 +2,10 @@
 
 import doctest
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -33,6 +35,31 @@ def test_the_page_of_sensors_is_what_the_code_says():
     from benchmarks.sensor_tables import page
 
     assert SENSORS_PAGE.read_text() == page()
+
+
+def test_why_clarke_says_what_its_studies_say():
+    from benchmarks.why_clarke import PAGE as WHY
+    from benchmarks.why_clarke import page
+
+    assert WHY.read_text() == page()
+
+
+def test_why_clarke_fails_where_the_results_differ(monkeypatch):
+    from benchmarks import why_clarke
+
+    arms = why_clarke.mechanism()
+    moved = arms | {"raw": replace(arms["raw"], auc=arms["raw"].auc + 0.002)}
+    monkeypatch.setattr(why_clarke, "mechanism", lambda: moved)
+    assert why_clarke.PAGE.read_text() != why_clarke.page()
+
+
+def test_the_laws_over_n_are_fitted_as_they_are_written():
+    from benchmarks.why_clarke import fit_linear, fit_power, linear, power
+
+    n = np.array([3.0, 6.0, 11.0, 64.0])
+    assert float(fit_power(n, power(n, 0.4))) == pytest.approx(0.4)
+    assert float(fit_linear(n, linear(n, 0.07))) == pytest.approx(0.07, rel=0.01)
+    assert power(2, 0.4) == linear(2, 0.07) == 1.0
 
 
 def test_the_page_of_limits_is_what_the_code_says():
