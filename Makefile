@@ -55,7 +55,7 @@ build: $(STAMP)  ## build the wheel, install it alone in a fresh environment, an
 
 docs: $(STAMP)  ## build the site into docs/_build/html (about a minute); warnings are errors
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
-	@$(BIN)/python -m sphinx -b html -q -W --keep-going docs docs/_build/html
+	@$(BIN)/python -m sphinx -b html -q -E -W --keep-going docs docs/_build/html
 	@$(BIN)/python -m pytest tests/site
 	@echo "==> docs/_build/html/index.html"
 

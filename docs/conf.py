@@ -27,7 +27,8 @@ suppress_warnings = ["myst.header"]  # generated pages begin with headings of th
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "force"
-nb_execution_timeout = 180
+nb_execution_timeout = 400
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small networks, and a machine may be busy
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 logging.getLogger("traitlets").setLevel(logging.WARNING)
