@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -44,10 +45,15 @@ def check_count(name: str, value: int, least: int = 1, most: int | None = None) 
     return value
 
 
+def is_positive(value: Any) -> bool:
+    """Return whether something is a positive finite number."""
+    number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
+    return number and math.isfinite(value) and bool(value > 0.0)
+
+
 def check_positive(name: str, value: float) -> float:
     """Return `value` as a float if it is a positive finite number."""
-    number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
-    if not number or not (math.isfinite(value) and value > 0.0):
+    if not is_positive(value):
         raise ValueError(f"{name} must be a positive finite number, got {value!r}")
     return float(value)
 

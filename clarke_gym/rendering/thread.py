@@ -72,7 +72,17 @@ _making = threading.Lock()
 
 
 def drawing_thread() -> DrawingThread:
-    """Return the thread of this process; a forked one does not inherit its parent's."""
+    """Return the thread of this process; a forked one does not inherit its parent's.
+
+    Returns
+    -------
+    DrawingThread
+
+    Examples
+    --------
+    >>> drawing_thread() is drawing_thread()
+    True
+    """
     with _making:
         process = os.getpid()
         if process not in _threads:

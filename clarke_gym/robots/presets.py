@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from clarke_gym.clarke.transform import joint_angles
-from clarke_gym.numerics.checks import check_choice, check_count, check_tendon_count
+from clarke_gym.numerics.checks import check_choice, check_count, check_tendon_count, is_positive
 from clarke_gym.numerics.registry import Registry
 from clarke_gym.robots.description import check_plausible, robot_from_dict, robot_from_yaml
 from clarke_gym.robots.materials import MATERIALS
@@ -187,7 +187,7 @@ def make_robot(
     given: dict[str, Any] = {k: value for k, value in changes.items() if value is not None}
     # What is no positive number the segment itself refuses.
     check_plausible(
-        {k: v for k, v in given.items() if isinstance(v, int | float) and 0.0 < v < math.inf},
+        {key: value for key, value in given.items() if is_positive(value)},
         "robot",
     )
     if pitch_radius_m is not None:
