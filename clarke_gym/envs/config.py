@@ -33,7 +33,7 @@ def keywords_of(function: Any) -> tuple[str, ...]:
     Examples
     --------
     >>> keywords_of(TASKS["reach"])
-    ('reward', 'success_tolerance', 'random_start')
+    ('reward', 'success_tolerance', 'difficulty', 'random_start')
     """
     parameters = inspect.signature(function).parameters.values()
     return tuple(p.name for p in parameters if p.kind is p.KEYWORD_ONLY)

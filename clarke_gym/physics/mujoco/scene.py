@@ -85,7 +85,7 @@ def poses(numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
     Examples
     --------
-    >>> poses(np.array([[-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.1]]))[1].round(3)
+    >>> poses(np.array([[-1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.1]]))[1].round(3) + 0.0
     array([[0.707, 0.   , 0.707, 0.   ]])
     """
     start, end = numbers[..., :3], numbers[..., 3:6]
