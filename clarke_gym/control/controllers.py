@@ -100,10 +100,7 @@ class TipController:
         now = self._interface.sense(observation)
         self._follow(now)
         action = self._interface.act(self._command(now), now.command, self._gains.speed_share)
-        single = not isinstance(observation, dict) and np.ndim(observation) == 1
-        if isinstance(observation, dict):
-            single = np.ndim(observation["observation"]) == 1
-        return action[0] if single else action
+        return self._interface.answer(observation, action)
 
     def _follow(self, now: Sensed) -> None:
         """Bring targets up to date: plan new goals, correct the others by the measured tip."""
@@ -261,8 +258,7 @@ class ResolvedRateController:
         moved = saturate_bending(bending + step.reshape(bending.shape), robot.max_bending)
         change = kinematics.bending_to_clarke(moved - bending, robot.pitch_radii)
         action = self._interface.act(now.command + change, now.command)
-        inner = observation["observation"] if isinstance(observation, dict) else observation
-        return action[0] if np.ndim(inner) == 1 else action
+        return self._interface.answer(observation, action)
 
 
 Controller = TipController | ResolvedRateController | MppiController

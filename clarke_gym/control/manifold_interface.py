@@ -106,6 +106,12 @@ class ManifoldInterface:
             achieved = (goal - self._task_block(rows, self._gap.place)) * self._goal_scale
         return Sensed(pairs["command"], pairs["displacement"], achieved, goal * self._goal_scale)
 
+    @staticmethod
+    def answer(observation: Any, actions: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return actions (B, k), or the only one (k,) where a single observation was asked of."""
+        inner = observation["observation"] if isinstance(observation, dict) else observation
+        return actions[0] if np.ndim(inner) == 1 else actions
+
     @property
     def goal_scale(self) -> Any:
         """What the goal's numbers are divided by where policies see them."""

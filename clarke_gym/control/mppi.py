@@ -108,8 +108,7 @@ class MppiController:
             plan = self._improved(plan)
             actions[row] = plan[0]
             self._plans[row] = np.concatenate([plan[1:], plan[-1:]])
-        inner = observation["observation"] if isinstance(observation, dict) else observation
-        return actions[0] if np.ndim(inner) == 1 else actions
+        return self._interface.answer(observation, actions)
 
     def _improved(self, plan: FloatArray) -> FloatArray:
         """Return a plan (H, K) made better by samples."""

@@ -41,7 +41,7 @@ class Disturbance:
     """How many of them, the first ones, tell what disturbs: the sensor "hidden" shows them."""
 
     steps: NDArray[np.int64]
-    """Control periods since the episodes began, (B,), brought up to date by the environment."""
+    """Control periods since the episodes began, (B,): the environment's own clock, to read."""
 
     def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
         self.robot, self.num_envs, self.strength = robot, num_envs, strength

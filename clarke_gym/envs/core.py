@@ -78,6 +78,8 @@ class EnvCore:
             self._placed,
             sum(disturbance.numbers for disturbance in self.disturbances),
         )
+        for disturbance in self.disturbances:
+            disturbance.steps = self.episode.steps  # one clock for all
         self._tally = Tally(self.task.metrics, batch.size)
         self._tallies = any(metric.over != "now" for metric in self.task.metrics)
         self._picture: Picture | None = None
@@ -164,7 +166,6 @@ class EnvCore:
         for disturbance in self.disturbances:
             last = first + disturbance.numbers
             told = self._command.joint(self.robot)[rows]
-            disturbance.steps = self.episode.steps
             disturbance.begin(rows, self.episode.disturbed[rows, first:last], told)
             first = last
         self._vary(rows)
@@ -189,8 +190,6 @@ class EnvCore:
         if not self.episode.begun:
             raise ResetNeeded("reset the environment before its first step")
         sent = self._command = self.limits.apply(self.actions.read(action), self._command)
-        for disturbance in self.disturbances:
-            disturbance.steps = self.episode.steps
         if self._steering:
             told = sent.joint(self.robot)
             for disturbance in self._steering:
@@ -215,13 +214,15 @@ class EnvCore:
 
     def _vary(self, rows: NDArray[np.intp]) -> None:
         """Give physics the numbers that the episodes of the environments `rows` have."""
+        numbers: dict[str, FloatArray] = {}
         for disturbance in self._varying:
-            self.physics.vary(rows, disturbance.vary(disturbance.drawn[rows]))
+            numbers.update(disturbance.vary(disturbance.drawn[rows]))
+        if numbers:
+            self.physics.vary(rows, numbers)
 
     def _sensed(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
         """Return what disturbances leave of a sensor's true values (B, k)."""
         for disturbance in self._sensing:
-            disturbance.steps = self.episode.steps
             values = disturbance.sense(name, scale, values)
         return values
 

@@ -222,7 +222,8 @@ class Episode:
         self.disturbed = state["disturbed"].copy()
         self.seeds = list(state["seeds"])
         self._numbers, self._used = state["numbers"].copy(), state["used"].copy()
-        self._parameters, self.steps = state["parameters"].copy(), state["steps"].copy()
+        self._parameters = state["parameters"].copy()
+        self.steps[:] = state["steps"]  # disturbances look at this very array
         self.begun = state["begun"]
         self._told_from = self.steps - FORESEEN
         self._prepare_rows(np.arange(len(self._numbers)))

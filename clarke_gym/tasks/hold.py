@@ -12,7 +12,7 @@ from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
 from clarke_gym.robots.stiffness import bending_stiffness
 from clarke_gym.tasks.base import Goal, Metric, Outcome, register_task
-from clarke_gym.tasks.shaped import ShapedTask, error_metrics
+from clarke_gym.tasks.shaped import CostedTask, error_metrics
 
 LIGHTEST, HEAVIEST = 0.2, 1.2
 """Largest static load over E I / l^2, at difficulty 0 and 1: 0.05 and 0.3 N for the default robot,
@@ -29,7 +29,7 @@ EFFORT_SHARE = 0.2
 
 
 @register_task("hold")
-class Hold(ShapedTask):
+class Hold(CostedTask):
     r"""Keep the tip where it is while something pulls at it.
 
     A static load of unknown size and direction acts on the tip, and every second a push of 0.2 s
@@ -62,7 +62,6 @@ class Hold(ShapedTask):
     )
     needs: ClassVar[tuple[str, ...]] = ("load", "tension")
     max_episode_steps = 100
-    moves = False
 
     def __init__(
         self,
@@ -100,15 +99,6 @@ class Hold(ShapedTask):
         load = self.most_n * rest[:, :1] * directions(rest[:, 1:3])
         return start, np.hstack([position, np.zeros((len(start), 1)), load, rest[:, 3:]])
 
-    def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
-        """Return the goals (B, 4): positions [m], and no effort."""
-        del time_s
-        return parameters[:, :4]
-
-    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
-        """Return parameters with goal positions (R, 3) [m] that somebody asks for."""
-        return np.hstack([goal, parameters[:, 3:]])
-
     def force(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
         """Return loads and pushes [N]."""
         turn = np.floor(time_s / EVERY_S + 1e-9).astype(np.int64)
@@ -122,11 +112,6 @@ class Hold(ShapedTask):
         """Return the tip position [m] and the effort."""
         above = np.maximum(state.tension - self._rest_n, 0.0) / self._full_n
         return np.hstack([state.tip_position, np.minimum(above.mean(1, keepdims=True), 1.0)])
-
-    def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
-        """Return the square of the distance [m^2]."""
-        gap = achieved[:, :3] - desired[:, :3]
-        return [np.vecdot(gap, gap)]
 
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
         """Return the outcome of positions [m] and efforts, both (B, 4)."""

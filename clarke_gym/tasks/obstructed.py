@@ -13,7 +13,7 @@ from clarke_gym.physics.base import RobotState, hull_radius
 from clarke_gym.robots import Robot
 from clarke_gym.robots.scene import axis_distance
 from clarke_gym.tasks.base import Goal, Metric, Outcome
-from clarke_gym.tasks.shaped import ShapedTask, error_metrics
+from clarke_gym.tasks.shaped import CostedTask, error_metrics
 
 TOUCH_SHARE = 0.1
 """Depth over the robot's radius that still counts as touching, not as being inside."""
@@ -31,7 +31,7 @@ CHUNK = 64
 """Episodes that are prepared at once: what they need grows with their number."""
 
 
-class ObstructedTask(ShapedTask):
+class ObstructedTask(CostedTask):
     r"""Reach a goal position among bodies.
 
     The error is the distance e between tip and goal; its scale s is a tenth of the length. With the
@@ -47,7 +47,6 @@ class ObstructedTask(ShapedTask):
     sensors: ClassVar[tuple[str, ...]] = ("command", "displacement", "tip_position", "clearance")
     max_episode_steps = 100
     prepared = 4
-    moves = False
 
     def __init__(
         self,
@@ -70,22 +69,6 @@ class ObstructedTask(ShapedTask):
         """Return the tip position and the depth inside a body [m]."""
         depth = np.minimum(np.maximum(-state.clearance, 0.0), 2.0 * self.hull_m)
         return np.hstack([state.tip_position, depth[:, None]])
-
-    def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
-        """Return the goals (B, 4): positions [m], and no depth."""
-        del time_s
-        goal = parameters[:, :4].copy()
-        goal[:, 3] = 0.0
-        return goal
-
-    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
-        """Return parameters with goal positions (R, 3) [m] that somebody asks for."""
-        return np.hstack([goal, parameters[:, 3:]])
-
-    def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
-        """Return the square of the distance [m^2]."""
-        gap = achieved[:, :3] - desired[:, :3]
-        return [np.vecdot(gap, gap)]
 
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
         """Return the outcome of positions and depths [m], both (B, 4)."""

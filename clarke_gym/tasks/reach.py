@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import Goal, register_task
 from clarke_gym.tasks.shaped import ShapedTask, error_metrics
@@ -53,12 +50,3 @@ class Reach(ShapedTask):
         """Return start bending vectors [rad] (R, S, 2) and goal positions [m] (R, 3)."""
         start, shape = self.shapes(numbers)
         return start, self.predicted(shape)
-
-    def achieved(self, state: RobotState) -> FloatArray:
-        """Return the tip position [m]."""
-        return state.tip_position
-
-    def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
-        """Return the square of the distance [m^2]."""
-        gap = achieved - desired
-        return [np.vecdot(gap, gap)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping
 from functools import reduce
 from operator import add, and_
@@ -13,6 +12,7 @@ import numpy as np
 from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_choice, check_positive
+from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import GoalTask, Metric, Outcome
 
@@ -142,9 +142,17 @@ class ShapedTask(GoalTask):
         position: FloatArray = kinematics.forward(bending, self.robot.lengths)[0]
         return position
 
-    @abstractmethod
+    def achieved(self, state: RobotState) -> FloatArray:
+        """Return what is compared with the goal (B, size); the tip position [m] here."""
+        return state.tip_position
+
     def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
-        """Return the square of each error (B,) of what is achieved and desired, both (B, size)."""
+        """Return the square of each error (B,) of what is achieved and desired, both (B, size).
+
+        The first three numbers are positions here, whose distance is the only error.
+        """
+        gap = achieved[:, :3] - desired[:, :3]
+        return [np.vecdot(gap, gap)]
 
     def ways(
         self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
@@ -188,3 +196,21 @@ class ShapedTask(GoalTask):
         bending = kinematics.sample_dome(pairs, self.robot.max_bending)
         start = bending[:, 0]
         return start if self._random_start else np.zeros_like(start), bending[:, 1]
+
+
+class CostedTask(ShapedTask):
+    """A goal position that stands, and beside it a cost that is to be zero.
+
+    Parameters of episodes begin with the four numbers of the goal.
+    """
+
+    moves = False
+
+    def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return the goals (B, 4): positions [m], and no cost."""
+        del time_s
+        return parameters[:, :4]
+
+    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
+        """Return parameters with goal positions (R, 3) [m] that somebody asks for."""
+        return np.hstack([goal, parameters[:, 3:]])

@@ -6,7 +6,6 @@ import numpy as np
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_choice
-from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
 from clarke_gym.tasks.base import Goal, Metric, Outcome, register_task
 from clarke_gym.tasks.paths import PATHS
@@ -82,15 +81,6 @@ class Track(ShapedTask):
     def advance(self, parameters: FloatArray, time_s: FloatArray) -> FloatArray:
         """Return target positions [m] (B, 3)."""
         return self.predicted(self.path.at(parameters, time_s))
-
-    def achieved(self, state: RobotState) -> FloatArray:
-        """Return the tip position [m]."""
-        return state.tip_position
-
-    def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
-        """Return the square of the distance [m^2]."""
-        gap = achieved - desired
-        return [np.vecdot(gap, gap)]
 
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
         """Return the outcome of tip and target positions [m], both (B, 3)."""
