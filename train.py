@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
 import os
 import signal
 import sys
@@ -128,6 +130,10 @@ Command = (
     | Annotated[Report, tyro.conf.subcommand("report")]
     | Annotated[Explore, tyro.conf.subcommand("explore")]
 )
+
+
+_RESUMABLE = ("train", "study", "tune")
+"""Commands whose files are whole at every moment, and that go on where they were stopped."""
 
 
 class Terminated(BaseException):
@@ -287,7 +293,26 @@ def _run(arguments: Sequence[str]) -> int:
             return _explore(command)
 
 
-def _terminate(number: int, frame: object) -> None:
+def _end_at_once(number: int, frame: object) -> None:
+    """End the process and the ones it has started, from within the signal's handler.
+
+    An exception would unwind through libraries, and one that it meets holding a lock or a queue
+    never comes to the end of its own closing.
+    """
+    del frame
+    children = multiprocessing.active_children()
+    for process in children:
+        process.kill()
+    for process in children:
+        process.join(1.0)
+    line = "\n" * sys.stderr.isatty()  # a progress bar may stand on this one
+    line += "stopped; the same command continues from the last checkpoint\n"
+    with contextlib.suppress(OSError):
+        os.write(2, line.encode())
+    os._exit(128 + number)
+
+
+def _raise_terminated(number: int, frame: object) -> None:
     del number, frame
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # once is enough
     raise Terminated
@@ -295,22 +320,24 @@ def _terminate(number: int, frame: object) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; expected errors are one line, not a traceback."""
-    signal.signal(signal.SIGTERM, _terminate)
     arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments and arguments[0] in _RESUMABLE:
+        handlers = {signal.SIGINT: _end_at_once, signal.SIGTERM: _end_at_once}
+    else:
+        handlers = {signal.SIGTERM: _raise_terminated}
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         return _run(arguments)
     except (KeyboardInterrupt, Terminated) as stop:
-        resumable = arguments and arguments[0] in ("train", "study", "tune")
-        way_on = "; the same command continues from the last checkpoint" if resumable else ""
-        print(f"stopped{way_on}", file=sys.stderr)
-        sys.stdout.flush()
-        sys.stderr.flush()
-        # Threads and processes of libraries have nothing left to do that could be waited for.
-        os._exit(130 if isinstance(stop, KeyboardInterrupt) else 143)
+        print("stopped", file=sys.stderr)
+        return 130 if isinstance(stop, KeyboardInterrupt) else 143
     except (RuntimeError, ValueError, OSError, MemoryError, ImportError) as error:
         text = " ".join(str(error).split()) or type(error).__name__
         print(f"error: {text}", file=sys.stderr)
         return 2
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 if __name__ == "__main__":

@@ -117,6 +117,26 @@ def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, c
         assert process.returncode == 0
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_library_that_does_not_close_holds_up_no_stop(tmp_path, number):
+    (tmp_path / "stuck.py").write_text(
+        "import time\n"
+        "from stable_baselines3.common.logger import Logger\n"
+        "Logger.close = lambda self: time.sleep(120)\n"
+    )
+    config = RUNS["ppo"] | LONGER | {"total_steps": 1_024_000, "plugins": ["stuck"]}
+    path = write(tmp_path / "config.yaml", config)
+    out = tmp_path / "out"
+    command = ("train", "--config", path, "--out", out, "--plugins", "stuck")
+    with popen(*command, cwd=tmp_path) as process:
+        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        process.send_signal(number)
+        try:
+            assert process.wait(3) == 128 + number
+        finally:
+            process.kill()
+
+
 @pytest.fixture
 def small_disk(tmp_path):
     """Return a folder on a file system of 64 kB of its own."""
