@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
@@ -47,6 +47,11 @@ class Settings(Model):
         """Settings of a `ManifoldPolicy`; empty where Stable-Baselines3's own policy learns."""
         return {}
 
+    @property
+    def course(self) -> list[tuple[int, float]]:
+        """Points of a `NoiseCourse`; empty where noise is learnt."""
+        return []
+
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with the environments."""
         del num_envs, goal_env
@@ -66,6 +71,8 @@ class Settings(Model):
 
 class PPOSettings(Settings):
     """Proximal policy optimisation."""
+
+    _OF_MANIFOLD: ClassVar = ("mean_gain", "likelihood", "noise")
 
     name: Literal["ppo"] = "ppo"
     learning_rate: PositiveFloat = 1e-3
@@ -93,18 +100,35 @@ class PPOSettings(Settings):
     )
     """Whether noise is drawn for each number of the action, or on the manifold alone (then
     `log_std_init` is in Clarke coordinates, and `likelihood` must be marginal)."""
+    noise_course: list[tuple[NonNegativeInt, PositiveFloat]] = Field(
+        default=[], max_length=1_000, exclude_if=lambda course: not course
+    )
+    """Environment steps and the length of the noise on the manifold there, instead of noise that
+    is learnt: for arms that are to explore as a recorded one did (its ``std_on``)."""
 
     @property
     def manifold(self) -> dict[str, Any]:
         """Settings of a `ManifoldPolicy`; empty where Stable-Baselines3's own policy learns."""
         # Those at their defaults are left out.
-        return self.model_dump(include={"mean_gain", "likelihood", "noise"})
+        return self.model_dump(include={*self._OF_MANIFOLD})
+
+    @property
+    def course(self) -> list[tuple[int, float]]:
+        """Points of a `NoiseCourse`; empty where noise is learnt."""
+        return self.noise_course
 
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with each other or the environments."""
         del num_envs, goal_env
         if self.noise == "manifold" and self.likelihood == "joint":
             return ["noise=manifold has no joint likelihood: it needs likelihood=marginal"]
+        if self.noise == "manifold" and self.noise_course:
+            return [
+                "noise_course sets the noise of coordinates: it does not go with noise=manifold"
+            ]
+        steps = [step for step, _ in self.noise_course]
+        if steps != sorted(set(steps)):
+            return [f"noise_course must have rising steps, got {steps}"]
         return []
 
     def steps_per_update(self, num_envs: int) -> int:
@@ -114,7 +138,7 @@ class PPOSettings(Settings):
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
         """Return the keyword arguments of the class."""
         del sizes  # PPO has no setting that depends on the robot
-        own = {"name", "net_arch", "log_std_init", "mean_gain", "likelihood", "noise"}
+        own = {"name", "net_arch", "log_std_init", "noise_course", *self._OF_MANIFOLD}
         fields = self.model_dump(exclude=own)
         return fields | {
             "policy_kwargs": {"net_arch": self.net_arch, "log_std_init": self.log_std_init}

@@ -103,8 +103,9 @@ class TrainConfig(WithPlugins):
         problems = self.algo.problems(self.env.num_envs, goal_env)
         kwargs = self.env.kwargs
         actions = kwargs.get("action_representation") or kwargs.get("representation")
-        if self.algo.manifold and actions in POLAR:
-            problems.append(f"{', '.join(self.algo.manifold)} need linear actions, not {actions}")
+        linear = [*self.algo.manifold, *(["noise_course"] if self.algo.course else [])]
+        if linear and actions in POLAR:
+            problems.append(f"{', '.join(linear)} need linear actions, not {actions}")
         update = self.algo.steps_per_update(self.env.num_envs)
         every, checkpoints = self.evaluation.every_steps, self.checkpoint_every_steps
         if every % update or checkpoints % update:

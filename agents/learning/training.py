@@ -27,6 +27,7 @@ from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
 from agents.learning.evaluation import SEEDS_PER_RUN, HeldOutEvaluation, PolicyAgent
 from agents.learning.manifold_policy import ManifoldPolicy
+from agents.learning.noise_course import NoiseCourse
 from agents.metrics import FILE as METRICS_FILE
 from agents.metrics import metrics_text
 from agents.plugins import import_plugins
@@ -313,7 +314,7 @@ def train(
         model.set_logger(configure(str(folder / LOGS), ["tensorboard"]))
         recorder = _Recorder(config, folder, vec_env, checkpoints, progress, hook)
         try:
-            _learn(config, model, recorder)
+            _learn(config, model, vec_env, recorder)
         except LearningFailure:
             files.write_text(folder / FAILED, traceback.format_exc())
             raise
@@ -334,14 +335,19 @@ def _make(config: TrainConfig) -> tuple[BaseAlgorithm, Sb3VecEnv]:
     return make_model(config, vec_env), vec_env
 
 
-def _learn(config: TrainConfig, model: BaseAlgorithm, recorder: _Recorder) -> None:
+def _learn(
+    config: TrainConfig, model: BaseAlgorithm, vec_env: Sb3VecEnv, recorder: _Recorder
+) -> None:
     """Train to the end and leave a checkpoint there, from which a longer run can go on."""
     recorder.init_callback(model)
+    callbacks: list[BaseCallback] = [recorder]
+    if config.algo.course:
+        callbacks.append(NoiseCourse(config.algo.course, onto_manifold(vec_env)))
     try:
         if model.num_timesteps < config.total_steps:
             model.learn(
                 config.total_steps - model.num_timesteps,
-                callback=recorder,
+                callback=callbacks,
                 reset_num_timesteps=False,
                 log_interval=10,
             )

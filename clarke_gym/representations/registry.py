@@ -15,6 +15,8 @@ name                k     coordinates of one segment with n tendons
 ``two_tendon``      2     displacements of the two tendons closest to a right angle
 ``random_basis``    2     a fixed basis of the manifold with condition number 10
 ``arc_polar``       2     curvature and bending-plane angle: singular when straight
+``clarke_bends``    2     Clarke coordinates of a segment's own bend, without what its tendons
+                          follow of the segments that they pass
 ``clarke_common``   3     Clarke coordinates and the common mode (co-contraction)
 ``antagonistic``    2     half differences of opposite tendons; n = 4 only
 published names     2     Clarke in the axes of `clarke_gym.clarke.parametrisations`, e.g.
@@ -131,12 +133,16 @@ for _name, _maps in (
     ("antagonistic", _antagonistic),
     *((name, _published(entry)) for name, entry in PARAMETRISATIONS.items()),
     ("arc_polar", _clarke),
+    ("clarke_bends", _clarke),
     *INSTRUMENTS.items(),
 ):
     REPRESENTATIONS.register(_name, _maps)
 
 POLAR = ("arc_polar",)
 """Representations whose pairs are shown as (magnitude, angle)."""
+
+_OWN_BENDS = ("clarke_bends",)
+"""Representations of the segments' own bends, whose maps are not segment by segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,7 +377,20 @@ def make_representation(name: str, robot: Robot) -> Representation:
     maps = [_checked(name, segment) for segment in robot.segments]
     decoder, encoder = (block_diagonal([pair[i] for pair in maps]) for i in (0, 1))
     counts = tuple(encoder.shape[0] for _, encoder in maps)
+    if name in _OWN_BENDS:
+        coupling = _coupling(robot)
+        decoder, encoder = decoder @ coupling, np.linalg.inv(coupling) @ encoder
     return Representation(name, decoder, encoder, counts, name in POLAR)
+
+
+def _coupling(robot: Robot) -> FloatArray:
+    """Return the map from bends to Clarke coordinates of tendons, each over its range.
+
+    rho_bar_j = d_j (beta_1 + ... + beta_j), so that 1 on the diagonal would be a segment whose
+    tendons pass no other.
+    """
+    shares = np.tril(robot.max_bending / np.cumsum(robot.max_bending)[:, None])
+    return np.kron(shares, np.eye(2)).astype(np.float64)
 
 
 def _checked(name: str, segment: Segment) -> LinearMaps:

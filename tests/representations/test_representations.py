@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clarke_gym import kinematics
 from clarke_gym.representations.instruments import INSTRUMENTS
 from clarke_gym.representations.registry import (
     RANDOM_BASIS_CONDITION,
@@ -162,3 +163,19 @@ def test_numbers_without_effect_belong_to_their_segment():
     plain = make_representation("clarke", robot)
     z = np.arange(10.0)
     np.testing.assert_array_equal(nuisance.decode(z), plain.decode(z[[0, 1, 5, 6]]))
+
+
+def test_own_bends_are_those_of_the_coupled_kinematics():
+    long, short = Segment(n_tendons=4, max_bending_rad=0.5), Segment(pitch_radius_m=0.004)
+    robot = Robot((long, short, Segment(n_tendons=5)))
+    bends = np.random.default_rng(0).uniform(-1, 1, (7, 3, 2))
+    joints = make_representation("clarke_bends", robot).decode(bends.reshape(7, 6))
+    expected = kinematics.bending_to_clarke(bends * robot.max_bending[:, None], robot.pitch_radii)
+    found = (joints * robot.joint_scale) @ robot.encoder.T
+    np.testing.assert_allclose(found.reshape(7, 3, 2), expected, atol=1e-15)
+
+
+def test_own_bends_of_one_segment_are_clarke_coordinates():
+    robot = make_robot(n_tendons=5)
+    bends, clarke = (make_representation(name, robot) for name in ("clarke_bends", "clarke"))
+    np.testing.assert_array_equal(bends.decoder, clarke.decoder)
