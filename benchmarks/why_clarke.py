@@ -8,22 +8,27 @@ Every number of the page is computed here; a test fails where page and results d
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from agents.files import write_text
 from agents.reporting.bootstrap import Array, Interval, bootstrap
-from agents.reporting.committed import load_committed
 from agents.reporting.inside import TABLE, read_inside
 from agents.reporting.small_samples import iqm_combination_t, iqm_t, mean_ratio_t
-from agents.reporting.statistics import auc, holm, iqm, welch_p
-from agents.reporting.survival import first_crossing
-from agents.reporting.tables import markdown
+from agents.reporting.statistics import holm, iqm, welch_p
 from agents.reporting.wording import number, with_interval
+from benchmarks.committed_scores import (
+    DOCS,
+    Runs,
+    p_text,
+    plain_table,
+    registered,
+    runs,
+    seeds,
+    signed,
+)
 
-DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE, TEMPLATE = DOCS / "why_clarke.md", Path(__file__).with_name("why_clarke.template.md")
 
 CLOSE = 0.02
@@ -75,47 +80,9 @@ ARMS = {
 """Arms of the mechanism study in the order of the page, and what each is."""
 
 
-@dataclass(frozen=True)
-class Runs:
-    """Scores of one arm's runs."""
-
-    auc: Array
-    steps: Array  # to the first crossing of the threshold, the budget where there is none
-    reached: int
-    final_error_mm: Array
-
-
-@cache
-def runs(study: str) -> dict[tuple[str, str], Runs]:
-    """Return the scores of a committed study by (task, arm)."""
-    loaded = load_committed(DOCS / "results" / study)
-    found = {}
-    for arm in loaded.arms:
-        if not arm.done:
-            continue
-        success = loaded.success(arm)
-        steps, reached = first_crossing(loaded.env_steps, success, loaded.threshold)
-        errors = loaded.curves(arm, arm.metrics[0])[:, -1]
-        found[arm.task, arm.representation] = Runs(
-            auc(loaded.env_steps, success), steps, int(reached.sum()), errors
-        )
-    return found
-
-
-def registered(study: str) -> str:
-    """Return the first digits of the hash of what was preregistered."""
-    return load_committed(DOCS / "results" / study).registered[:12]
-
-
 def mechanism() -> dict[str, Runs]:
     """Return the arms of the mechanism study."""
     return {arm: scores for (_, arm), scores in runs("mechanism").items()}
-
-
-def seeds(arms: dict[str, Runs]) -> str:
-    """Return the number of seeds an arm, a range where it differs."""
-    counts = sorted({len(scores.auc) for scores in arms.values()})
-    return str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
 
 
 def combination(weights: dict[str, float]) -> Interval:
@@ -168,26 +135,6 @@ def adjusted() -> dict[str, float]:
     return dict(zip(others, map(float, values), strict=True))
 
 
-def signed(interval: Interval) -> str:
-    """Return a difference in AUC with its interval."""
-    return with_interval(interval, 3, sign=True)
-
-
-def p_text(p: float) -> str:
-    """Return a p-value.
-
-    Examples
-    --------
-    >>> p_text(0.2), p_text(0.0002)
-    ('0.200', '< 0.001')
-    """
-    return "< 0.001" if p < 0.001 else f"{p:.3f}"
-
-
-def _plain_table(rows: list[list[str]]) -> str:
-    return markdown(rows).replace("\\[", "[").replace("\\]", "]").replace("&lt;", "<")
-
-
 def path_table() -> str:
     """Return the way from raw to Clarke, one change a row."""
     arms, rows = mechanism(), [["step", "arm that has it", "AUC", "change"]]
@@ -197,7 +144,7 @@ def path_table() -> str:
         rows.append([what, arm, number(float(iqm(arms[arm].auc)), 3), signed(effect(arm, before))])
         before = arm
     rows.append(["all together", "", "", signed(effect("clarke", "raw"))])
-    return _plain_table(rows)
+    return plain_table(rows)
 
 
 def single_table() -> str:
@@ -205,7 +152,7 @@ def single_table() -> str:
     rows = [["cause alone", "arm", "against", "change of AUC"]]
     rows += [[what, a, b, signed(effect(a, b))] for a, b, what in SINGLE]
     rows.append(["sum of these - gap", "", "", signed(additivity())])
-    return _plain_table(rows)
+    return plain_table(rows)
 
 
 def arm_table() -> str:
@@ -223,7 +170,7 @@ def arm_table() -> str:
             row += [signed(effect(arm, "raw")), p_text(p[arm]), with_interval(share(arm))]
             row += ["yes" if closes(arm) else "no", with_interval(ratio)]
         rows.append([*row, number(float(iqm(scores.final_error_mm)))])
-    return _plain_table(rows)
+    return plain_table(rows)
 
 
 SHORT = {
@@ -249,7 +196,7 @@ def short_table() -> str:
             ratio = with_interval(mean_ratio_t(scores.steps, arms["raw"].steps))
             row += ["1" if arm == "clarke" else with_interval(share(arm)), ratio]
         rows.append([*row, number(float(iqm(scores.final_error_mm)))])
-    return _plain_table(rows)
+    return plain_table(rows)
 
 
 # --- the law over n ---------------------------------------------------------------------------
@@ -348,7 +295,7 @@ def scaling_table() -> str:
         row = [f"{n} (not fitted)" if n == HELD_OUT else str(n)]
         row += [with_interval(raw[n]), with_interval(repaired[n])]
         rows.append([*row, *(number(float(iqm(values)), 3) for values in pair)])
-    return _plain_table(rows)
+    return plain_table(rows)
 
 
 # --- the page ---------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from agents.reporting.house_style import FAINT, INK, RC, log_axis, mark, steps_a
 from agents.reporting.inside import TABLE, read_inside
 from agents.reporting.statistics import iqm
 from benchmarks import why_clarke as why
+from benchmarks.committed_scores import DOCS, seeds
 
 BAR, REST = mark("clarke").colour, FAINT
 
@@ -65,7 +66,7 @@ def waterfall() -> Figure:
     ax.set_ylim(len(names) - 0.4, -0.6)
     low = min(start, level)
     ax.set_xlim(low - 0.04, max(level, start) + 0.05)
-    note = f"n = 11, {why.seeds(arms)} seeds an arm, lines: 95 % interval of the change"
+    note = f"n = 11, {seeds(arms)} seeds an arm, lines: 95 % interval of the change"
     ax.set_xlabel(f"AUC of success ({note})")
     ax.set_title("What the gap is made of, one change after the other", loc="left")
     return figure
@@ -83,7 +84,7 @@ def inside() -> Figure:
     """Noise on the manifold, KL and clipping over environment steps."""
     rows = {
         row.representation: row
-        for row in read_inside(why.DOCS / "results" / "mechanism" / TABLE)
+        for row in read_inside(DOCS / "results" / "mechanism" / TABLE)
         if row.representation in SHOWN
     }
     figure, axes = _figure(8.4, 2.7, len(QUANTITIES))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from agents.metrics import Metric
+from agents.reporting.cells import from_cell
 from agents.reporting.results import Arm, Array, Evals, ResultsError, Run, Status, Study
 from agents.yaml_files import read_yaml
 
@@ -61,6 +62,10 @@ def _column(rows: list[dict[str, str]], column: str, goals: int) -> Array:
     return np.repeat(means[:, None], goals, axis=1)
 
 
+def _arm(row: dict[str, str]) -> tuple[str, str]:
+    return from_cell(row["task"]), from_cell(row["representation"])
+
+
 def _number(text: str) -> Any:
     try:
         return float(text)
@@ -89,11 +94,11 @@ def load_committed(folder: Path) -> Study:
     data = read_yaml(folder / "study.yaml")
     try:
         goals = int(data["base"]["evaluation"]["n_goals"])
-        curves: dict[tuple[str, str, int], list[dict[str, str]]] = defaultdict(list)
+        curves: dict[tuple[tuple[str, str], int], list[dict[str, str]]] = defaultdict(list)
         for row in _rows(folder / CURVES):
-            curves[row["task"], row["representation"], int(row["seed"])].append(row)
+            curves[_arm(row), int(row["seed"])].append(row)
         manifests = {
-            (row["task"], row["representation"], int(row["seed"])): {
+            (_arm(row), int(row["seed"])): {
                 **{key: _number(row[key]) for key in ("wall_s", "cpu_s")},
                 "git_sha": row["git_sha"],
                 "git_dirty": row["git_dirty"] == "True",
@@ -105,7 +110,7 @@ def load_committed(folder: Path) -> Study:
         for entry in data["arms"]:
             runs = []
             for seed in entry["seeds"]:
-                key = (entry["task"], entry["representation"], seed)
+                key = ((entry["task"], entry["representation"]), seed)
                 evals = _evals(curves[key], goals) if key in curves else None
                 manifest = manifests.get(key, {})
                 failed = manifest.get("status") == "failed"

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from agents.reporting.bootstrap import Array
+from agents.reporting.cells import from_cell, to_cell
 from agents.reporting.results import Arm, ResultsError, Study
 
 FILE, TABLE = "diagnostics.npz", "diagnostics.csv"
@@ -80,11 +81,12 @@ def inside_csv(rows: Sequence[Inside]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["task", "representation", "env_steps", *LABELS])
     for inside in rows:
+        labels = [to_cell(inside.task), to_cell(inside.representation)]
         for i, steps in enumerate(inside.env_steps):
             numbers = [
                 f"{inside.values[name][i]:.5g}" if name in inside.values else "" for name in LABELS
             ]
-            writer.writerow([inside.task, inside.representation, int(steps), *numbers])
+            writer.writerow([*labels, int(steps), *numbers])
     return text.getvalue()
 
 
@@ -100,7 +102,8 @@ def read_inside(path: Path) -> list[Inside]:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             for row in csv.DictReader(file):
-                arms.setdefault((row["task"], row["representation"]), []).append(row)
+                arm = (from_cell(row["task"]), from_cell(row["representation"]))
+                arms.setdefault(arm, []).append(row)
         return [
             Inside(
                 *key,

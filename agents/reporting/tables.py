@@ -10,6 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from agents.reporting.bootstrap import NO_INTERVAL, Interval
+from agents.reporting.cells import to_cell
 from agents.reporting.results import Study
 from agents.reporting.summary import ArmSummary, Summary
 from agents.reporting.wording import DASH, number, steps_text, with_interval
@@ -78,11 +79,6 @@ def plain(text: str) -> str:
     return escaped
 
 
-def _cell(text: str) -> str:
-    """Return a text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r")) else text
-
-
 def markdown(rows: Rows) -> str:
     r"""Lay rows out as a Markdown table.
 
@@ -109,9 +105,9 @@ def _records(summary: Summary) -> Iterable[dict[str, object]]:
         for m in summary.study.metrics:
             metrics |= _ends(f"final_{m.shown_name}", s.metrics.get(m.name, NO_INTERVAL))
         record: dict[str, object] = {
-            "task": _cell(s.arm.task),
-            "representation": _cell(s.arm.representation),
-            "arm": _cell(s.arm.name),
+            "task": to_cell(s.arm.task),
+            "representation": to_cell(s.arm.representation),
+            "arm": to_cell(s.arm.name),
             "planned": len(s.arm.runs),
             "finished": s.arm.count("done"),
             "failed": s.arm.count("failed"),
@@ -168,7 +164,7 @@ def curves_csv(study: Study) -> str:
                 )
             for steps, *scores in zip(evals.env_steps, *columns, strict=True):
                 numbers = ["" if np.isnan(score) else f"{score:.6g}" for score in scores]
-                labels = [_cell(arm.task), _cell(arm.representation)]
+                labels = [to_cell(arm.task), to_cell(arm.representation)]
                 rows.append([*labels, run.seed, steps, *numbers])
     heading = ["task", "representation", "seed", "env_steps", "success_rate"]
     return _csv([*heading, *(m.shown_name for m in study.metrics)], rows)
@@ -178,8 +174,8 @@ def runs_csv(study: Study) -> str:
     """Where every run comes from: its manifest in a row."""
     keys = ["git_sha", "git_dirty", "python", "machine", "threads", "wall_s", "cpu_s"]
     rows = (
-        [_cell(arm.task), _cell(arm.representation), run.seed, run.status]
-        + [_cell(str(run.manifest.get(key, "unknown"))) for key in keys]
+        [to_cell(arm.task), to_cell(arm.representation), run.seed, run.status]
+        + [to_cell(str(run.manifest.get(key, "unknown"))) for key in keys]
         + [json.dumps(run.manifest.get("packages", {}), sort_keys=True)]
         for arm in study.arms
         for run in arm.runs

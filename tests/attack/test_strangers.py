@@ -11,7 +11,8 @@ from agents.files import ConfigError
 from agents.learning.config import TrainConfig, load_config
 from agents.learning.evaluation import evaluate_run
 from agents.learning.training import train
-from agents.reporting.tables import _cell, plain
+from agents.reporting.cells import from_cell, to_cell
+from agents.reporting.tables import plain
 from agents.studies.config import StudyConfig
 from agents.yaml_files import parse_yaml, yaml_text
 from tests.attack.world import RUNS, STUDY, popen
@@ -132,8 +133,9 @@ def test_labels_cannot_act_in_tables():
     assert plain("<script>alert(1)</script>").startswith("&lt;script&gt;")
     assert plain("a|b\nc") == "a\\|b c"
     for label in ("=cmd|' /C calc'!A0", "+1", "-1", "@x", "\tx"):
-        assert _cell(label) == "'" + label
-    assert _cell("raw") == "raw"
+        assert to_cell(label) == "'" + label
+        assert from_cell(to_cell(label)) == label
+    assert to_cell("raw") == "raw"
 
 
 def test_compressed_or_pickled_arrays_are_refused(tmp_path):

@@ -1,0 +1,80 @@
+"""Scores of committed studies, and how pages write them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from agents.reporting.bootstrap import Array, Interval
+from agents.reporting.committed import load_committed
+from agents.reporting.statistics import auc
+from agents.reporting.survival import first_crossing
+from agents.reporting.tables import markdown
+from agents.reporting.wording import with_interval
+
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Scores of one arm's runs."""
+
+    auc: Array
+    steps: Array  # to the first crossing of the threshold, the budget where there is none
+    reached: int
+    final_error_mm: Array
+    last_success: Array  # mean of the last five evaluations
+
+
+@cache
+def runs(study: str) -> dict[tuple[str, str], Runs]:
+    """Return the scores of a committed study by (task, arm)."""
+    loaded = load_committed(DOCS / "results" / study)
+    found = {}
+    for arm in loaded.arms:
+        if not arm.done:
+            continue
+        success = loaded.success(arm)
+        steps, reached = first_crossing(loaded.env_steps, success, loaded.threshold)
+        errors = loaded.curves(arm, arm.metrics[0])[:, -1]
+        found[arm.task, arm.representation] = Runs(
+            auc(loaded.env_steps, success),
+            steps,
+            int(reached.sum()),
+            errors,
+            success[:, -5:].mean(axis=1),
+        )
+    return found
+
+
+def registered(study: str) -> str:
+    """Return the first digits of the hash of what was preregistered."""
+    return load_committed(DOCS / "results" / study).registered[:12]
+
+
+def seeds(arms: dict[str, Runs]) -> str:
+    """Return the number of seeds an arm, a range where it differs."""
+    counts = sorted({len(scores.auc) for scores in arms.values()})
+    return str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+
+
+def signed(interval: Interval) -> str:
+    """Return a difference in AUC with its interval."""
+    return with_interval(interval, 3, sign=True)
+
+
+def p_text(p: float) -> str:
+    """Return a p-value.
+
+    Examples
+    --------
+    >>> p_text(0.2), p_text(0.0002)
+    ('0.200', '< 0.001')
+    """
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def plain_table(rows: list[list[str]]) -> str:
+    """Return a Markdown table with nothing escaped: pages hold no words of strangers."""
+    return markdown(rows).replace("\\[", "[").replace("\\]", "]").replace("&lt;", "<")

@@ -1,0 +1,158 @@
+"""What docs/why_clarke.md says of noise, tuning, MuJoCo and two segments."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+
+import numpy as np
+
+from agents.reporting.bootstrap import Interval
+from agents.reporting.small_samples import iqm_combination_t, iqm_t, mean_ratio_t
+from agents.reporting.statistics import holm, iqm, welch_p
+from agents.reporting.wording import number, with_interval
+from benchmarks.committed_scores import (
+    DOCS,
+    Runs,
+    p_text,
+    plain_table,
+    registered,
+    runs,
+    seeds,
+    signed,
+)
+
+TRIALS = DOCS / "results" / "tuned" / "tuning.csv"
+
+
+def _difference(ours: Runs, theirs: Runs) -> Interval:
+    return iqm_combination_t([ours.auc, theirs.auc], [1.0, -1.0])
+
+
+def _count(study: str) -> str:
+    return seeds({f"{task} {arm}": scores for (task, arm), scores in runs(study).items()})
+
+
+# --- initial noise ----------------------------------------------------------------------------
+
+
+def best_noise(arm: str) -> tuple[str, Runs]:
+    """Return the initial noise at which an arm's AUC is highest, and its runs there."""
+    scores = {task: found for (task, name), found in runs("noise").items() if name == arm}
+    return max(scores.items(), key=lambda item: float(iqm(item[1].auc)))
+
+
+def noise_table() -> str:
+    """Return AUC by arm and initial noise, and the best of each arm against the best of Clarke."""
+    scores = runs("noise")
+    levels = list(dict.fromkeys(task for task, _ in scores))
+    arms = list(dict.fromkeys(arm for _, arm in scores))
+    rows = [["log of the initial noise", *levels, "best minus Clarke's best"]]
+    for arm in arms:
+        values = [number(float(iqm(scores[level, arm].auc)), 3) for level in levels]
+        best = _difference(best_noise(arm)[1], best_noise("clarke")[1])
+        rows.append([arm, *values, "" if arm == "clarke" else signed(best)])
+    return plain_table(rows)
+
+
+# --- tuning -----------------------------------------------------------------------------------
+
+
+def trials() -> dict[str, np.ndarray]:
+    """Return the mean AUC of every configuration that was tried, by arm."""
+    scores: dict[str, dict[int, list[float]]] = defaultdict(lambda: defaultdict(list))
+    with TRIALS.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            scores[row["arm"]][int(row["configuration"])].append(float(row["auc"]))
+    return {
+        arm: np.array([np.mean(values) for _, values in sorted(found.items())])
+        for arm, found in scores.items()
+    }
+
+
+def tuning_table() -> str:
+    """Return what tuning found for each arm, and the winners on seeds of their own."""
+    scores, tried = runs("tuned"), trials()
+    rows = [["arm", "trials: best, median, worst AUC", "winner's AUC", "raw minus Clarke", "steps"]]
+    for (task, arm), found in scores.items():
+        values = tried[f"{arm}_{task.replace(' ', '').replace('=', '')}"]
+        spread = [number(float(v), 3) for v in (values.max(), np.median(values), values.min())]
+        row = [f"{arm}, {task}", ", ".join(spread), with_interval(iqm_t(found.auc), 3)]
+        clarke = scores[task, "clarke"]
+        gap, ratio = _difference(found, clarke), mean_ratio_t(found.steps, clarke.steps)
+        rows.append(
+            [*row, *(["", "1"] if arm == "clarke" else [signed(gap), with_interval(ratio)])]
+        )
+    return plain_table(rows)
+
+
+# --- MuJoCo and two segments ------------------------------------------------------------------
+
+
+def arms_table(study: str, baseline: str, names: dict[str, str]) -> str:
+    """Return every arm against the one that it is compared with on its task."""
+    scores = runs(study)
+    others = [key for key in scores if key[1] != baseline]
+    values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
+    p = dict(zip(others, map(float, holm(values)), strict=True))
+    several = len({task for task, _ in scores}) > 1
+    rows = [["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps", "last five", "error, mm"]]
+    for (task, arm), found in scores.items():
+        row = [f"{names.get(arm, arm)}, {task}" if several else names.get(arm, arm)]
+        row.append(with_interval(iqm_t(found.auc), 3))
+        if arm == baseline:
+            row += ["", "", "1"]
+        else:
+            against = scores[task, baseline]
+            ratio = mean_ratio_t(found.steps, against.steps)
+            row += [signed(_difference(found, against)), p_text(p[task, arm]), with_interval(ratio)]
+        row.append(with_interval(iqm_t(found.last_success), 2))
+        rows.append([*row, number(float(iqm(found.final_error_mm)))])
+    return plain_table(rows)
+
+
+SEGMENT_ARMS = {
+    "wide": "raw, wide box",
+    "wide noise of clarke": "raw, wide box, noise of Clarke",
+    "clarke noise of raw": "Clarke, noise of raw",
+    "clarke noise of clarke": "Clarke, noise of Clarke, not learnt",
+    "clarke entropy": "Clarke, entropy bonus 0.01",
+    "clarke bends": "the segments' own bends",
+    "clarke 128": "Clarke, network of 2 x 128",
+    "clarke": "Clarke",
+}
+"""Arms of the study with two segments, as the page calls them."""
+
+
+def other_words() -> dict[str, str]:
+    """Return what the template's {names} of these studies stand for."""
+    best = {arm: best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}
+    found = {
+        "noise_seeds": _count("noise"),
+        "noise_registered": registered("noise"),
+        "noise_table": noise_table(),
+        "noise_raw_11": signed(_difference(best["raw n = 11"][1], best["clarke"][1])),
+        "noise_raw_3": signed(_difference(best["raw n = 3"][1], best["clarke"][1])),
+        "tuned_seeds": _count("tuned"),
+        "tuning_table": tuning_table(),
+        "mujoco_seeds": _count("repair_mujoco"),
+        "mujoco_registered": registered("repair_mujoco"),
+        "mujoco_table": arms_table("repair_mujoco", "raw", {}),
+        "segments_seeds": _count("two_segments"),
+        "segments_registered": registered("two_segments"),
+        "segments_table": arms_table("two_segments", "clarke", SEGMENT_ARMS),
+    }
+    for task in ("n = 3", "n = 11"):
+        pair = [runs("tuned")[task, arm] for arm in ("raw", "clarke")]
+        key = task.replace(" = ", "_")
+        found[f"tuned_gap_{key}"] = signed(_difference(*pair))
+        found[f"tuned_steps_{key}"] = with_interval(mean_ratio_t(pair[0].steps, pair[1].steps))
+    for (_, arm), scores in runs("two_segments").items():
+        name = arm.replace(" ", "_")
+        found[f"segments_{name}_last"] = with_interval(iqm_t(scores.last_success), 2)
+        if arm != "clarke":
+            clarke = runs("two_segments")["2 segments", "clarke"]
+            found[f"segments_{name}_auc"] = signed(_difference(scores, clarke))
+            late = iqm_combination_t([scores.last_success, clarke.last_success], [1.0, -1.0])
+            found[f"segments_{name}_late"] = with_interval(late, 2, sign=True)
+    return found
