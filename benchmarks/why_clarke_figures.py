@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from agents.files import write_bytes
-from agents.reporting.house_style import FAINT, INK, RC, log_axis, mark, steps_axis
+from agents.reporting.house_style import (
+    FAINT,
+    INK,
+    house_style,
+    log_axis,
+    mark,
+    rendered,
+    steps_axis,
+)
 from agents.reporting.inside import TABLE, read_inside
 from agents.reporting.statistics import iqm
 from benchmarks import why_clarke as why
 from benchmarks.committed_scores import DOCS, seeds
 
 BAR, REST = mark("clarke").colour, FAINT
-
-
-def _files(figure: Figure) -> dict[str, bytes]:
-    """Render as SVG and PNG; the same figure always gives the same bytes."""
-    found = {}
-    for kind, metadata in (("svg", {"Date": None}), ("png", {})):
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format=kind, metadata=metadata)
-        found[kind] = buffer.getvalue()
-    return found
 
 
 def _figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
@@ -139,7 +135,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {"waterfall": waterfall, "inside": in
 def write_figures(folder: Path) -> None:
     """Write every figure as SVG and PNG into a folder."""
     folder.mkdir(exist_ok=True)
-    with mpl.rc_context({**RC, "svg.hashsalt": "clarke", "svg.fonttype": "none"}):
+    with house_style():
         for name, draw in FIGURES.items():
-            for kind, data in _files(draw()).items():
-                write_bytes(folder / f"{name}.{kind}", data)
+            figure = draw()
+            for kind in ("svg", "png"):
+                write_bytes(folder / f"{name}.{kind}", rendered(figure, kind))

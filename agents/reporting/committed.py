@@ -130,6 +130,7 @@ def load_committed(folder: Path) -> Study:
             arms=tuple(arms),
             env_steps=grid,
             references={},
+            base=data["base"],
             registered=str(data.get("registered") or ""),
             per_goal=False,
         )

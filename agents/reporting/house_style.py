@@ -30,6 +30,9 @@ RC: Any = {
     "lines.linewidth": 1.8,
     "savefig.dpi": 144,
     "figure.facecolor": "white",
+    "svg.hashsalt": "clarke_gym",
+    "svg.fonttype": "none",  # letters stay letters
+    "pdf.fonttype": 42,
     "text.parse_math": False,  # names from a study file are shown as they are
 }
 INK, FAINT = "#222222", "#666666"
@@ -128,11 +131,26 @@ class Panel:
         ).set_in_layout(False)
         self.axes: list[list[Axes]] = self.figure.subplots(rows, columns, squeeze=False).tolist()
 
-    def png(self) -> bytes:
-        """Render; the same figure always gives the same bytes."""
-        buffer = io.BytesIO()
-        self.figure.savefig(buffer, format="png")
-        return buffer.getvalue()
+
+FORMATS = ("png", "svg", "pdf")
+"""Formats of every figure: for pages, for the web at any size, for papers."""
+
+_UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
+def rendered(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a file; the same figure always gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+    kind : str
+        One of `FORMATS`.
+    """
+    buffer = io.BytesIO()
+    with house_style():
+        figure.savefig(buffer, format=kind, metadata=_UNDATED.get(kind))
+    return buffer.getvalue()
 
 
 def steps_axis(ax: Axes, name: str = "environment steps") -> None:

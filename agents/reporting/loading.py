@@ -232,5 +232,6 @@ def load_study(study_dir: Path) -> Study:
         arms=arms,
         env_steps=grid,
         references=_load_references(path.parent / "references.json"),
+        base=found if isinstance(found := data.get("base"), dict) else {},
         registered=str(data.get("registered") or ""),
     )

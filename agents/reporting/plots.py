@@ -1,9 +1,10 @@
-"""Figures of a report; each function returns a PNG image, or None if there is nothing to show."""
+"""Figures of a report; each function returns it, or None if there is nothing to show."""
 
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from agents.metrics import Metric
 from agents.reporting.bootstrap import Array, Interval
@@ -79,7 +80,7 @@ def _reference(
     low.annotate(text, place, xycoords=coordinates, ha="right", va="bottom", fontsize=7, color=INK)
 
 
-def learning_curves(summary: Summary, footer: str) -> bytes:
+def learning_curves(summary: Summary, footer: str) -> Figure:
     """Success rate and the leading metric over environment steps."""
     study = summary.study
     with house_style():
@@ -103,10 +104,10 @@ def learning_curves(summary: Summary, footer: str) -> bytes:
             low.set_ylabel(metric.with_unit() if metric else "")
             steps_axis(top)
             steps_axis(low)
-        return panel.png()
+        return panel.figure
 
 
-def wall_clock(summary: Summary, footer: str) -> bytes | None:
+def wall_clock(summary: Summary, footer: str) -> Figure | None:
     """Success rate over wall-clock time: median seconds over the seeds of an arm."""
     study = summary.study
     if not any(run.wall_s is not None for run in study.runs):
@@ -125,7 +126,7 @@ def wall_clock(summary: Summary, footer: str) -> bytes | None:
             ax.set_ylim(-0.03, 1.03)
             ax.set_xlabel("wall clock [s]")
             ax.set_ylabel("success rate")
-        return panel.png()
+        return panel.figure
 
 
 def _point(ax: Axes, y: float, interval: Interval, representation: str) -> None:
@@ -136,7 +137,7 @@ def _point(ax: Axes, y: float, interval: Interval, representation: str) -> None:
     ax.plot([interval.estimate], [y], color=m.colour, marker=m.marker, ms=6, mec="white", mew=0.6)
 
 
-def auc_points(summary: Summary, footer: str) -> bytes:
+def auc_points(summary: Summary, footer: str) -> Figure:
     """AUC of success of every arm: IQM with interval over the dots of its seeds."""
     with house_style():
         rows = max(len(summary.study.of_task(task)) for task in summary.study.tasks)
@@ -155,13 +156,13 @@ def auc_points(summary: Summary, footer: str) -> bytes:
             ax.set_ylim(rows - 0.4, -0.6)
             ax.set_xlim(-0.02, 1.02)
             ax.set_xlabel("AUC of success")
-        return panel.png()
+        return panel.figure
 
 
 SHOWN_INSIDE = ("noise_on", "noise_off", "approx_kl", "clip_fraction")
 
 
-def inside(summary: Summary, footer: str) -> bytes | None:
+def inside(summary: Summary, footer: str) -> Figure | None:
     """Noise on and off the manifold, KL and clipping over environment steps, task by task."""
     rows = load_inside(summary.study)
     if not rows:
@@ -176,7 +177,7 @@ def inside(summary: Summary, footer: str) -> bytes | None:
                     ax.plot(row.env_steps, row.values[name], color=m.colour, ls=m.line)
                 ax.set_ylabel(LABELS[name])
                 steps_axis(ax)
-        return panel.png()
+        return panel.figure
 
 
 def _forest(ax: Axes, rows: list[Comparison], value: Callable[[Comparison], Interval]) -> None:
@@ -188,7 +189,7 @@ def _forest(ax: Axes, rows: list[Comparison], value: Callable[[Comparison], Inte
         ax.axhline(edge - 0.5, color=FAINT, lw=0.8)
 
 
-def forest(summary: Summary, footer: str) -> bytes | None:
+def forest(summary: Summary, footer: str) -> Figure | None:
     """Difference in AUC and speed-up over the baseline, per task and averaged."""
     rows = [*summary.comparisons, *summary.pooled]
     if not rows:
@@ -215,10 +216,10 @@ def forest(summary: Summary, footer: str) -> bytes | None:
         area.set_xlabel("difference in AUC of success (primary)")
         speed.axvline(1, color=INK, lw=0.8)
         area.axvline(0, color=INK, lw=0.8)
-        return panel.png()
+        return panel.figure
 
 
-def survival(summary: Summary, footer: str) -> bytes:
+def survival(summary: Summary, footer: str) -> Figure:
     """Kaplan-Meier curves of the steps to the success threshold, as the share of runs there."""
     study = summary.study
     with house_style():
@@ -239,7 +240,7 @@ def survival(summary: Summary, footer: str) -> bytes:
             ax.set_ylim(-0.03, 1.03)
             ax.set_ylabel("share of runs")
             steps_axis(ax, "environment steps (bar: runs censored)")
-        return panel.png()
+        return panel.figure
 
 
 def _levels(values: Array) -> tuple[Array, bool]:
@@ -252,7 +253,7 @@ def _levels(values: Array) -> tuple[Array, bool]:
     return np.geomspace(low, max(high, 1.1 * low), 80), True
 
 
-def profiles(summary: Summary, footer: str) -> bytes | None:
+def profiles(summary: Summary, footer: str) -> Figure | None:
     """Draw performance profiles of the final leading metric over the goals of every run.
 
     A metric gets worse towards the worst value that its task declares, be it high or low; a failed
@@ -287,4 +288,4 @@ def profiles(summary: Summary, footer: str) -> bytes | None:
                 log_axis(ax.xaxis)
             ax.set_xlabel(f"{metric.label} τ" + (f" [{metric.shown_unit}]" if metric.unit else ""))
             ax.set_ylabel(f"share of goals {'≤' if sign > 0 else '≥'} τ")
-        return panel.png()
+        return panel.figure

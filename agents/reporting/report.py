@@ -4,12 +4,17 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from agents.files import refuse_links, write_bytes, write_text
 from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
+from agents.reporting.house_style import FORMATS, rendered
 from agents.reporting.html import Picture, page
 from agents.reporting.inside import TABLE, inside_csv, load_inside
+from agents.reporting.latex import latex
 from agents.reporting.loading import load_study
+from agents.reporting.methods import methods
 from agents.reporting.results import ResultsError, Study
 from agents.reporting.summary import Summary, summarise
 from agents.reporting.tables import (
@@ -27,7 +32,7 @@ from agents.reporting.wording import answer, footer, metric_text, reporting_bloc
 PAGE, OURS = "report.html", "report.json"
 """The page, and the names of the files that reports have written into the folder."""
 
-Draw = Callable[[Summary, str], bytes | None]
+Draw = Callable[[Summary, str], Figure | None]
 
 # File, caption and function; {metric} becomes the label of the task's leading metric.
 FIGURES: tuple[tuple[str, str, Draw], ...] = (
@@ -94,13 +99,22 @@ def _markdown(summary: Summary) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def _latex(summary: Summary) -> str:
+    """Return the tables for a paper that uses booktabs, one after the other."""
+    tables = [arm_table(summary)]
+    tables += [comparison_table(summary)] if summary.comparisons else []
+    tables += [trend_table(summary)] if summary.trends else []
+    return "\n\n".join(map(latex, tables)) + "\n"
+
+
 def write_report(
     study_dir: Path, out_dir: Path | None = None, *, reps: int = REPS, seed: int = 0
 ) -> Path:
-    """Write ``report.html``, the figures as PNG, the tables, and the data behind them.
+    """Write ``report.html``, its figures (PNG, SVG, PDF), the tables, and the data behind them.
 
-    ``table.csv`` and ``table.md`` hold the results, ``curves.csv`` every evaluation of every run,
-    ``runs.csv`` the manifests and ``diagnostics.csv`` what happened inside the runs.
+    ``table.csv``, ``table.md`` and ``table.tex`` hold the results, ``methods.md`` the paragraph of
+    a methods section, ``curves.csv`` every evaluation of every run, ``runs.csv`` the manifests and
+    ``diagnostics.csv`` what happened inside the runs.
 
     The same runs give the same bytes. Files of an earlier report, which ``report.json`` names, are
     replaced; others never are.
@@ -139,16 +153,18 @@ def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0)
     summary = summarise(study, seed=seed, reps=reps)
     line = footer(summary)
     tasks = ", ".join(summary.study.tasks)
-    pictures = []
+    pictures: list[Picture] = []
+    contents: dict[str, bytes] = {}
     metric = metric_text(summary.study)
     for name, caption, draw in FIGURES:
-        png = draw(summary, line)
-        if png is not None:
-            file = f"{name.format(metric=metric).replace(' ', '_')}.png"
+        figure = draw(summary, line)
+        if figure is not None:
+            file = name.format(metric=metric).replace(" ", "_")
+            files = {kind: rendered(figure, kind) for kind in FORMATS}
+            contents |= {f"{file}.{kind}": data for kind, data in files.items()}
             caption = caption.format(metric=metric)
             alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."
-            pictures.append(Picture(file, alt, caption, png))
-    contents = {picture.file: picture.png for picture in pictures}
+            pictures.append(Picture(f"{file}.png", alt, caption, files["png"]))
     inside = load_inside(study)
     if inside:
         contents[TABLE] = inside_csv(inside).encode()
@@ -157,6 +173,8 @@ def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0)
         "curves.csv": curves_csv(summary.study).encode(),
         "runs.csv": runs_csv(summary.study).encode(),
         "table.md": _markdown(summary).encode(),
+        "table.tex": _latex(summary).encode(),
+        "methods.md": (plain(methods(summary)) + "\n").encode(),
         PAGE: page(summary, pictures).encode(),  # last: a page promises that the rest is there
     }
     _write(out_dir, contents)

@@ -95,6 +95,7 @@ class Study:
     arms: tuple[Arm, ...]
     env_steps: NDArray[np.int64]
     references: Mapping[str, Reference]
+    base: Mapping[str, Any]  # the run that arms change, as study.yaml has it
     registered: str = ""  # SHA-256 of what was preregistered
     per_goal: bool = True  # False where metrics are known as means over goals alone
 

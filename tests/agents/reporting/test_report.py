@@ -11,7 +11,7 @@ import pytest
 
 from agents.reporting import plots
 from agents.reporting.bootstrap import Interval
-from agents.reporting.house_style import MARKS, mark
+from agents.reporting.house_style import FORMATS, MARKS, mark, rendered
 from agents.reporting.loading import load_study
 from agents.reporting.report import write_report
 from agents.reporting.results import ResultsError
@@ -22,18 +22,23 @@ from agents.reporting.survival import logrank_p
 from agents.reporting.wording import answer, cpu_text, footer, reporting_block, verdict
 
 APART = {"n = 3": {"raw": 0.6, "clarke": 1.5}}
-FILES = {
+
+
+def of(*figures):
+    """Return the files of figures."""
+    return {f"{name}.{kind}" for name in figures for kind in FORMATS}
+
+
+FILES = of(
+    "learning_curves", "forest", "auc", "steps_to_threshold", "tip_error_profile", "wall_clock"
+) | {
     "report.json",
-    "learning_curves.png",
-    "forest.png",
-    "auc.png",
-    "steps_to_threshold.png",
-    "tip_error_profile.png",
-    "wall_clock.png",
     "table.csv",
     "curves.csv",
     "runs.csv",
     "table.md",
+    "table.tex",
+    "methods.md",
     "report.html",
 }
 
@@ -105,7 +110,9 @@ def test_same_input_gives_the_same_bytes_and_another_seed_other_ones(make_study,
 @pytest.mark.parametrize("draw", [plots.learning_curves, plots.profiles])
 def test_bands_follow_the_bootstrap_seed(make_study, draw):
     study = load_study(make_study(APART, 6))
-    one, two = (draw(summarise(study, seed=seed, reps=50), "footer") for seed in (0, 1))
+    one, two = (
+        rendered(draw(summarise(study, seed=seed, reps=50), "footer"), "png") for seed in (0, 1)
+    )
     assert one != two
 
 
@@ -233,7 +240,7 @@ def test_study_without_baseline_or_side_files_still_reports(make_study):
     text = report(folder).read_text()
     assert "No comparison is possible yet" in text
     names = {path.name for path in (folder / "report").iterdir()}
-    assert names == FILES - {"forest.png", "wall_clock.png"}
+    assert names == FILES - of("forest", "wall_clock")
     block = reporting_block(summary_of(folder))
     assert block["Code"] == block["CPU hours"] == "unknown"
 
@@ -295,12 +302,14 @@ def test_failed_write_keeps_the_old_report(make_study, monkeypatch):
 
 def test_classical_control_is_drawn_where_the_study_measured_it(make_study):
     study = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}})
-    without = plots.learning_curves(summarise(load_study(study), reps=50, seed=0), "")
+    summaries = [summarise(load_study(study), reps=50, seed=0)]
     entry = {"agent": "clarke_controller", "success_rate": 0.5, "metrics": {"tip_error_m": 0.02}}
     (study / "references.json").write_text(json.dumps({"n = 3": entry}))
     loaded = load_study(study)
     assert loaded.references["n = 3"].metrics == {"tip_error_m": 0.02}
-    assert plots.learning_curves(summarise(loaded, reps=50, seed=0), "") != without
+    summaries.append(summarise(loaded, reps=50, seed=0))
+    without, with_it = (rendered(plots.learning_curves(s, ""), "png") for s in summaries)
+    assert with_it != without
     (study / "references.json").write_text("{")
     with pytest.raises(ResultsError, match=r"references\.json"):
         load_study(study)
@@ -346,7 +355,7 @@ def test_whatever_a_task_measures_flows_to_tables_and_figures_by_name(make_study
     assert "they have no laps" in text
     assert "tip error" not in text.lower()
     names = {path.name for path in (folder / "report").iterdir()}
-    assert names == FILES - {"tip_error_profile.png"} | {"laps_profile.png"}
+    assert names == FILES - of("tip_error_profile") | of("laps_profile")
     row = table(folder)[0]
     assert 1.0 < float(row["final_laps_low"]) <= float(row["final_laps"]) < 2.0
     assert 1000.0 < float(row["final_gap_mm"]) < 2000.0
