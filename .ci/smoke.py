@@ -27,11 +27,12 @@ observation, info = env.reset(seed=0)
 for _ in range(50):
     observation, _, _, _, info = env.step(controller.act(observation))
 assert info["is_success"], "classical control must reach the goal"
-try:
-    importlib.import_module("clarke_gym.integrations.sb3")
-except ModuleNotFoundError as error:
-    told = str(error)
-    assert 'pip install "clarke_gym[sb3]"' in told, told
-else:
-    raise AssertionError("Stable-Baselines3 must be missing here")
+for extra in ("sb3", "onnx"):
+    try:
+        importlib.import_module(f"clarke_gym.integrations.{extra}")
+    except ModuleNotFoundError as error:
+        told = str(error)
+        assert f'pip install "clarke_gym[{extra}]"' in told, told
+    else:
+        raise AssertionError(f"the library of the extra {extra} must be missing here")
 print(f"clarke_gym {clarke_gym.__version__}: the wheel works alone")

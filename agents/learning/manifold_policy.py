@@ -110,7 +110,8 @@ class ManifoldGaussian(DiagGaussianDistribution):
             raise ValueError("noise='manifold' has no joint likelihood; use likelihood='marginal'")
         super().__init__(matrix.shape[1])
         self._onto = torch.as_tensor(matrix, dtype=torch.float32)
-        self._gain = matched_gain(matrix) if mean_gain == "matched" else mean_gain
+        self.gain = matched_gain(matrix) if mean_gain == "matched" else mean_gain
+        """What the network's output is multiplied by."""
         self._on_manifold = noise == "manifold"
         self._lift = torch.as_tensor(np.linalg.pinv(matrix), dtype=torch.float32)
         square = matrix.shape[0] == matrix.shape[1]
@@ -137,8 +138,8 @@ class ManifoldGaussian(DiagGaussianDistribution):
             Output of the network.
         log_std : Tensor, shape (K,), or (d,) for noise on the manifold
         """
-        if self._gain != 1.0:
-            mean_actions = self._gain * mean_actions
+        if self.gain != 1.0:
+            mean_actions = self.gain * mean_actions
         if self._on_manifold:
             self._mean, self._std = mean_actions, log_std.exp()
             self._factor = torch.diag(self._std)

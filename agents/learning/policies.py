@@ -39,6 +39,7 @@ def write_policy(folder: Path, config: TrainConfig, model: BaseAlgorithm) -> Non
         "algorithm": config.algo.name,
         "policy_class": type(model.policy).__name__,
         "settings": config.algo.model_dump(mode="json"),
+        "output_gain": float(getattr(getattr(model.policy, "action_dist", None), "gain", 1.0)),
         "env": config.env.model_dump(mode="json"),
         "observation_space": _shape(model.observation_space),
         "action_space": _shape(model.action_space),

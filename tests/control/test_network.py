@@ -60,7 +60,13 @@ def test_damaged_files_are_named(tmp_path):
         with pytest.raises(ValueError, match=r"policy\.safetensors (is no|holds no)"):
             load_policy(folder)
     tensors.write_bytes(whole)
-    about = json.loads((folder / "policy.json").read_text()) | {"algorithm": "sac"}
+    about = json.loads((folder / "policy.json").read_text()) | {
+        "settings": {"mean_gain": "matched"}
+    }
+    (folder / "policy.json").write_text(json.dumps(about))
+    with pytest.raises(ValueError, match="by what the output is multiplied"):
+        load_policy(folder)
+    about |= {"algorithm": "sac"}
     (folder / "policy.json").write_text(json.dumps(about))
     with pytest.raises(ValueError, match="holds no policy of PPO"):
         load_policy(folder)

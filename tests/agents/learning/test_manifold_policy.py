@@ -9,6 +9,7 @@ from torch.distributions import Normal
 from agents.learning.algorithms import PPOSettings
 from agents.learning.config import EnvSettings, EvalSettings, TrainConfig
 from agents.learning.manifold_policy import ManifoldGaussian, matched_gain
+from agents.learning.policies import load_policy
 from agents.learning.training import make_model, make_training_env, onto_manifold, train
 from clarke_gym.representations import make_representation
 from clarke_gym.robots.presets import make_robot
@@ -136,14 +137,25 @@ def test_on_clarke_coordinates_it_is_ppo_bit_for_bit(tmp_path):
     ],
 )
 def test_every_setting_learns_something_and_can_be_loaded_again(settings, tmp_path):
-    from agents.learning.policies import load_policy
-
     run = config(representation="raw", **settings)
     train(run, tmp_path / "run")
     model = load_policy(tmp_path / "run", run)
     assert type(model.policy).__name__ == "ManifoldPolicy"
     fresh = make_model(run, make_training_env(run))
     assert not torch.equal(model.policy.log_std, fresh.policy.log_std)
+
+
+@pytest.mark.parametrize("gain", [0.5, "matched"])
+def test_numpy_knows_the_gain_of_a_policy(gain, tmp_path):
+    from clarke_gym.control import load_policy as load_numpy
+
+    run = config(representation="raw", mean_gain=gain)
+    train(run, tmp_path / "run")
+    model = load_policy(tmp_path / "run", run)
+    policy = load_numpy(tmp_path / "run" / "policy")
+    seen = np.random.default_rng(0).uniform(-1, 1, (9, *model.observation_space.shape))
+    actions, _ = model.predict(seen.astype(np.float32), deterministic=True)
+    np.testing.assert_allclose(policy.act(seen), actions, atol=1e-5)
 
 
 def test_the_gain_multiplies_the_mean_and_nothing_else():
