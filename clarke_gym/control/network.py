@@ -114,9 +114,7 @@ def load_policy(folder: str | Path) -> NetworkPolicy:
         raise ValueError(f"{path} holds no policy of PPO, which is a network of tanh layers")
     layers = [(tensors[name], tensors[name.replace(".weight", ".bias")]) for name in names]
     gain = about.get("output_gain", about.get("settings", {}).get("mean_gain", 1.0))
-    if not isinstance(
-        gain, int | float
-    ):  # "matched", of an older run
+    if isinstance(gain, str):  # "matched", of an older run
         raise ValueError(f"{folder / 'policy.json'} does not say by what the output is multiplied")
     weight, bias = layers[-1]
     layers[-1] = (gain * weight, gain * bias)
