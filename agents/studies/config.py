@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -85,6 +86,52 @@ class Search(Model):
     """Scrambles the quasi-random sequence."""
 
 
+def factorial(factors: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return every combination of levels as a representation, which a study may list in short.
+
+    Parameters
+    ----------
+    factors : dict
+        Factor -> level -> what it changes: a mapping with ``env`` and ``algo``.
+    data : dict
+        The study; its own `representations` come first.
+
+    Returns
+    -------
+    list of dict
+
+    Raises
+    ------
+    ValueError
+        If factors are no such mappings, or two of them change the same setting.
+
+    Examples
+    --------
+    >>> noise = {"unit": {}, "small": {"algo": {"log_std_init": -1.0}}}
+    >>> sight = {"raw": {"env": {"observation_representation": "raw"}}, "clarke": {}}
+    >>> [arm["label"] for arm in factorial({"noise": noise, "sight": sight}, {})]
+    ['unit x raw', 'unit x clarke', 'small x raw', 'small x clarke']
+    """
+    if not isinstance(factors, dict) or not all(
+        isinstance(f, dict) and f for f in factors.values()
+    ):
+        raise ValueError(f"factorial must hold factors, each with levels, got {factors!r}")
+    arms = list(data.get("representations") or [])
+    for levels in product(*(factor.items() for factor in factors.values())):
+        arm: dict[str, Any] = {"label": " x ".join(str(label) for label, _ in levels)}
+        for label, changes in levels:
+            known = {"env", "algo"}
+            if not isinstance(changes, dict) or not {*changes} <= known:
+                raise ValueError(f"level {label!r} must change env or algo, got {changes!r}")
+            for part, settings in changes.items():
+                into = arm.setdefault(part, {})
+                if twice := sorted({*into} & {*settings}):
+                    raise ValueError(f"{arm['label']!r} sets {', '.join(twice)} by two factors")
+                into |= settings
+        arms.append(arm)
+    return arms
+
+
 class StudyConfig(WithPlugins):
     """Representations x tasks x seeds, all else equal.
 
@@ -108,6 +155,14 @@ class StudyConfig(WithPlugins):
     tasks: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     seeds: Annotated[list[int], Field(min_length=1, max_length=10_000)]
     base: TrainConfig
+
+    @model_validator(mode="before")
+    @classmethod
+    def _write_out_factors(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "factorial" not in data:
+            return data
+        data = dict(data)
+        return data | {"representations": factorial(data.pop("factorial"), data)}
 
     @model_validator(mode="after")
     def _consistent(self) -> StudyConfig:

@@ -97,3 +97,42 @@ def test_hidden_hyper_parameters_are_neutralised():
             expected
         ]
         assert raw == (clarke if name == "sac" else pytest.approx(2.0 * clarke))
+
+
+SIGHT = {name: {"env": {"observation_representation": name}} for name in ("raw", "clarke")}
+FACTORS = {"noise": {"unit": {}, "small": {"algo": {"log_std_init": -1.0}}}, "sight": SIGHT}
+FACTORIAL = {
+    "name": "factors",
+    "title": "t",
+    "baseline": "unit x raw",
+    "tuning": "none",
+    "factorial": FACTORS,
+    "tasks": [{"label": "n = 3", "env": {"n_tendons": 3}}],
+    "seeds": [0],
+    "base": {"algo": {"name": "ppo"}},
+}
+
+
+def test_a_factorial_study_has_every_combination_of_levels():
+    study = StudyConfig.model_validate(FACTORIAL)
+    arms = {arm.label: arm for _, arm, _ in study.arms()}
+    assert list(arms) == ["unit x raw", "unit x clarke", "small x raw", "small x clarke"]
+    arm = arms["small x clarke"]
+    assert (arm.env, arm.algo) == (SIGHT["clarke"]["env"], {"log_std_init": -1.0})
+    assert len({name for name, _, _ in study.arms()}) == 4
+    again = study.model_dump(mode="json")  # a study's folder holds it written out
+    assert StudyConfig.model_validate(again) == study
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ({"a": SIGHT, "b": SIGHT}, "sets observation_representation by two factors"),
+        ({"a": {"x": {"robot": 1}}}, "level 'x' must change env or algo"),
+        ({"a": {}}, "factors, each with levels"),
+        (3, "factors, each with levels"),
+    ],
+)
+def test_impossible_factors_are_said(factors, message):
+    with pytest.raises(ValueError, match=message):
+        StudyConfig.model_validate(FACTORIAL | {"factorial": factors})
