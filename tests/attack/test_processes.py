@@ -243,22 +243,33 @@ def test_a_library_that_does_not_close_holds_up_no_stop(tmp_path, number):
 
 
 @pytest.fixture
-def small_disk(tmp_path):
-    """Return a folder on a file system of 64 kB of its own."""
-    folder = tmp_path / "out" / "raw_n3"
-    folder.mkdir(parents=True)
-    command = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
-    try:
-        mounted = subprocess.run(command, capture_output=True, check=False).returncode == 0
-    except FileNotFoundError:
-        mounted = False
-    if not mounted:
-        pytest.skip("mounting needs privileges")
-    yield folder
-    subprocess.run(["umount", "-l", str(folder)], check=True)
+def mounted():
+    """Return a function that gives a folder a file system of its own, of a size."""
+    folders = []
+
+    def mount(folder, size):
+        folder.mkdir(parents=True)
+        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+        try:
+            done = subprocess.run(command, capture_output=True, check=False).returncode == 0
+        except FileNotFoundError:
+            done = False
+        if not done:
+            pytest.skip("mounting needs privileges")
+        folders.append(folder)
+        return folder
+
+    yield mount
+    for folder in folders:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
-def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, small_disk):
+def remount(folder, option):
+    subprocess.run(["mount", "-o", f"remount,{option}", str(folder)], check=True)
+
+
+def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, mounted):
+    small_disk = mounted(tmp_path / "out" / "raw_n3", "64k")
     study = StudyConfig.model_validate(STUDY)
     (tmp_path / "out" / "study.yaml").write_text(yaml_text(study.resolved()))
     path = write(tmp_path / "study.yaml", STUDY)
@@ -270,12 +281,52 @@ def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, small_disk):
     assert "1 runs unfinished; the same command continues them" in output
     assert (tmp_path / "out" / "clarke_n3" / "seed_00" / "DONE").exists()
     assert not (small_disk / "seed_00" / "FAILED").exists()
-    remount = ["mount", "-o", "remount,size=64m", str(small_disk)]
-    subprocess.run(remount, check=True)
+    remount(small_disk, "size=64m")
     with popen(*command) as process:
         process.communicate()
     assert process.returncode == 0
     print("a full disk: named, the other run complete, the run complete once there was room")
+
+
+def test_a_read_only_folder_is_one_line_and_loses_nothing(tmp_path, mounted):
+    """Root ignores permission bits, so the file system itself is read-only."""
+    disk = mounted(tmp_path / "disk", "64m")
+    path = write(tmp_path / "run.yaml", RUNS["ppo"])
+    study = write(tmp_path / "study.yaml", STUDY)
+    run_study(StudyConfig.model_validate(STUDY), disk / "study", 1)
+    config, done = TrainConfig.model_validate(RUNS["ppo"]), 0
+    train(config, tmp_path / "whole")
+
+    def stop(steps):
+        nonlocal done
+        done += steps
+        if done > 300:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(config, disk / "run", stop)
+    before = tree(disk)
+    remount(disk, "ro")
+    commands = [
+        ("train", "--config", path, "--out", disk / "run"),
+        ("train", "--config", path, "--out", disk / "new"),
+        ("study", "--config", study, "--out", disk / "study"),
+        ("study", "--config", study, "--out", disk / "new"),
+        ("report", "--study", disk / "study"),
+    ]
+    for command in commands:
+        with popen(*command) as process:
+            _, error = process.communicate()
+        assert process.returncode == 2, (command, error)
+        assert error.startswith("error: [Errno 30] Read-only file system: "), (command, error)
+        assert error.count("\n") == 1
+    assert tree(disk) == before
+    remount(disk, "rw")
+    assert train(config, disk / "run")
+    assert (disk / "run" / "evals.npz").read_bytes() == (
+        tmp_path / "whole" / "evals.npz"
+    ).read_bytes()
+    print(f"a read-only file system: {len(commands)} commands, one line each, nothing lost")
 
 
 def test_a_fault_of_one_folder_lets_the_other_runs_go_on(tmp_path):
