@@ -37,7 +37,7 @@ def children(pid):
     return found
 
 
-def wait_for(condition, seconds=60):
+def wait_for(condition, seconds=180):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it never came"
@@ -237,7 +237,7 @@ def test_a_library_that_does_not_close_holds_up_no_stop(tmp_path, number):
         wait_for(lambda: list(out.rglob("checkpoint/step_*")))
         process.send_signal(number)
         try:
-            assert process.wait(3) == 128 + number
+            assert process.wait(30) == 128 + number  # far from 120
         finally:
             process.kill()
 

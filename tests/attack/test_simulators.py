@@ -33,7 +33,7 @@ def in_a_forked_child(function):
 
     child = context.Process(target=run)
     child.start()
-    said = ours.recv() if ours.poll(20.0) else "hangs"
+    said = ours.recv() if ours.poll(60.0) else "hangs"
     child.kill()
     child.join()
     return said
