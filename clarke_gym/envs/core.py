@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,7 +76,7 @@ class EnvCore:
             batch.size,
             config.control_dt,
             config.longest_episode,
-            self._placed,
+            partial(_placed, self.physics, self._radii),  # no reference back: nothing waits for gc
             sum(disturbance.numbers for disturbance in self.disturbances),
         )
         for disturbance in self.disturbances:
@@ -179,11 +180,6 @@ class EnvCore:
         """Make the episodes that begin from now on easier or harder."""
         self.task.set_difficulty(difficulty)
         self.episode.prepare_again()
-
-    def _placed(self, bending: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return Clarke coordinates (R, S, 2) of shapes, and the physics' coordinates at rest."""
-        clarke: FloatArray = kinematics.bending_to_clarke(bending, self._radii)
-        return clarke, self.physics.rest(clarke)
 
     def step(self, action: ArrayLike) -> None:
         """Advance all environments by one control period."""
@@ -385,3 +381,11 @@ class EnvCore:
         self.physics.set_state(state["physics"])
         self._tally.set_state(state["tally"])
         self._command = JointVector.from_state(self.batch, state["command"])
+
+
+def _placed(
+    physics: Physics, radii: FloatArray, bending: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return Clarke coordinates (R, S, 2) of shapes, and the physics' coordinates at rest."""
+    clarke: FloatArray = kinematics.bending_to_clarke(bending, radii)
+    return clarke, physics.rest(clarke)

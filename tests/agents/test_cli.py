@@ -13,7 +13,7 @@ def call(*arguments):
         [sys.executable, str(ROOT / "train.py"), *arguments],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
         cwd=ROOT,
     )
 

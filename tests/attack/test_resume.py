@@ -13,7 +13,7 @@ from agents.learning import checkpoint, training
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
 from agents.learning.training import train
-from tests.attack.world import DISTURBED, LONG, RUNS, popen, write
+from tests.attack.world import DISTURBED, LONG, ON_MUJOCO, RUNS, disturbed, popen, write
 
 NAMES = [name for name in RUNS if ALGORITHMS[RUNS[name]["algo"]["name"]].installed]
 
@@ -71,10 +71,15 @@ def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, na
     assert equal(tmp_path, expected)
 
 
-@pytest.mark.parametrize("name", NAMES if LONG else ["ppo", "sac_her"])
+AT_EVENTS = ["ppo", "sac_her", "ppo_short_mujoco"]
+
+
+@pytest.mark.parametrize(
+    "name", [*AT_EVENTS, "td3", "sac_her_mujoco", "td3_mujoco"] if LONG else AT_EVENTS
+)
 def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypatch):
-    """Each fsync, rename and mkdir of a run is the last one in turn."""
-    short = TrainConfig.model_validate(RUNS[name] | {"total_steps": 256})
+    """Each fsync, rename, mkdir and unlink of a run is the last one in turn."""
+    short = TrainConfig.model_validate((RUNS | ON_MUJOCO)[name] | {"total_steps": 256})
     expected = tmp_path / "whole"
     train(short, expected)  # the first in a process may do more than the later ones
     count, last = 0, None
@@ -111,24 +116,49 @@ def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypa
     print(f"{name}: killed at {len(points)} of {events} events, all byte-equal, nothing left")
 
 
-@pytest.mark.parametrize("name", ["ppo", "td3", "sac_her"] if LONG else ["ppo"])
-def test_a_process_killed_at_random_instants(tmp_path, name):
-    longer = RUNS[name] | {"total_steps": 8192 if name == "ppo" else 1024}
+OFTEN = [name for name in (*RUNS, *ON_MUJOCO) if name not in ("ppo_mujoco", "tqc")]
+
+
+@pytest.mark.parametrize("name", OFTEN if LONG else ["ppo", "td3_her_mujoco"])
+def test_a_run_killed_at_random_instants_continues_to_the_byte(tmp_path, name):
+    """SIGKILL at instants spread over the run, disturbances on."""
+    run = TrainConfig.model_validate(disturbed((RUNS | ON_MUJOCO)[name]))
+    began = time.monotonic()
+    train(run, tmp_path / "whole")
+    took = time.monotonic() - began
+    chance = random.Random(name)
+    kills = runs = 0
+    while kills < (20 if LONG else 4):
+        child = os.fork()
+        if child == 0:
+            train(run, tmp_path / f"run_{runs}")
+            os._exit(0)
+        time.sleep(chance.uniform(0.0, 0.5 * took))
+        os.kill(child, signal.SIGKILL)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        assert code in (0, -signal.SIGKILL)
+        kills += code != 0
+        runs += code == 0  # it was done before: another run is next
+    for folder in (tmp_path / f"run_{i}" for i in range(runs + 1)):
+        train(run, folder)
+        assert equal(folder, tmp_path / "whole"), folder
+    print(f"{name}: {kills} kills at random instants in {runs + 1} runs, byte-equal")
+
+
+def test_the_command_killed_at_random_instants(tmp_path):
+    longer = RUNS["ppo"] | {"total_steps": 8192}
     train(TrainConfig.model_validate(longer), tmp_path / "whole")
     path = write(tmp_path / "run.yaml", longer)
     command = ("train", "--config", path, "--out", tmp_path / "run")
     chance = random.Random(0)
-    kills = 0
     for _ in range(10 if LONG else 2):
         with popen(*command) as process:
             time.sleep(chance.uniform(1.5, 4.0))
             process.kill()
-        kills += process.returncode == -signal.SIGKILL
     with popen(*command) as process:
-        assert process.wait(120) == 0, process.stderr.read()
-    assert kills
+        output = process.communicate(timeout=300)
+    assert process.returncode == 0, output
     assert equal(tmp_path / "run", tmp_path / "whole")
-    print(f"{name}: {kills} kills at random instants, byte-equal")
 
 
 @pytest.mark.parametrize("name", ["ppo", "sac_her", "td3"])

@@ -93,10 +93,10 @@ def test_alias_bombs_are_refused_at_once():
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 10)]
     long = f"a: &a [{', '.join('1' * 5_000)}]\nb: [{', '.join(['*a'] * 5_000)}]"
     for bomb in ("\n".join(lines), long, "[" * 50_000, "x" * 2_000_000):
-        began = time.perf_counter()
+        began = time.process_time()
         with pytest.raises(ConfigError) as error:
             parse_yaml(bomb, "bomb")
-        assert time.perf_counter() - began < 2.0
+        assert time.process_time() - began < 2.0
         assert "\n" not in str(error.value)
 
 

@@ -21,6 +21,8 @@ _BASE = {
 _OFF_POLICY = {"learning_starts": 64, "batch_size": 32, "net_arch": [8], "buffer_size": 400}
 _HER = {"num_envs": 2, "kwargs": {"n_tendons": 5, "representation": "clarke", "goal_env": True}}
 _MUJOCO = {"num_envs": 4, "kwargs": {"n_tendons": 3, "physics": "mujoco", "threads": 1}}
+_SHORT = {"num_envs": 2, "kwargs": {"n_tendons": 3, "physics": "mujoco", "threads": 1}}
+_SHORT["kwargs"] |= {"episode_steps": 10}
 _PPO = {"name": "ppo", "n_steps": 32, "batch_size": 64, "n_epochs": 2, "net_arch": [8]}
 RUNS = {
     "ppo": _BASE | {"algo": _PPO},
@@ -33,19 +35,30 @@ RUNS = {
 }
 """The replay buffers are so small that they are overwritten."""
 
+_GOAL = _SHORT | {"kwargs": _SHORT["kwargs"] | {"goal_env": True}}
+ON_MUJOCO = {
+    "ppo_short_mujoco": RUNS["ppo"] | {"env": _SHORT, "algo": _PPO | {"n_steps": 64}},
+    "sac_mujoco": RUNS["sac"] | {"env": _SHORT},
+    "sac_her_mujoco": RUNS["sac_her"] | {"env": _GOAL},
+    "td3_mujoco": RUNS["td3"] | {"env": _SHORT},
+    "td3_her_mujoco": RUNS["td3_her"] | {"env": _GOAL},
+}
+"""Episodes so short that a run takes seconds, and can be killed often."""
+
 _WITH_MEMORY = (
     "backlash+friction+command_delay+sensor_noise+sensor_bias+quantisation+sensor_delay"
     "+slack_tendon+misplacement+unequal_radii"
 )
+
+
+def disturbed(run):
+    """Return a run with every disturbance that remembers."""
+    kwargs = run["env"]["kwargs"] | {"disturbances": _WITH_MEMORY, "representation": "raw"}
+    return run | {"env": run["env"] | {"kwargs": kwargs}}
+
+
 DISTURBED = {
-    f"{name}_disturbed": RUNS[name]
-    | {
-        "env": RUNS[name].get("env", {"num_envs": 4})
-        | {
-            "kwargs": RUNS[name].get("env", {}).get("kwargs", {})
-            | {"disturbances": _WITH_MEMORY, "representation": "raw"}
-        }
-    }
+    f"{name}_disturbed": disturbed(RUNS[name])
     for name in ("ppo", "ppo_mujoco", "sac", "sac_her", "td3", "td3_her")
 } | {"ppo_marginal": RUNS["ppo"] | {"algo": _PPO | {"likelihood": "marginal"}}}
 """Runs whose environments or policies have more to remember."""

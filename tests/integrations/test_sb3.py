@@ -81,7 +81,7 @@ def test_environments_that_reset_themselves_are_refused():
 
 
 def run(code):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
 
 
 def test_importing_the_package_and_its_integrations_loads_neither_torch_nor_sb3():
