@@ -6,7 +6,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
 
+from clarke_gym import rendering
 from clarke_gym.representations import representation_names
+from clarke_gym.robots.presets import make_robot
 
 
 @pytest.fixture(scope="session")
@@ -17,3 +19,12 @@ def representations_for():
         return [name for name in representation_names() if n == 4 or name != "antagonistic"]
 
     return names
+
+
+@pytest.fixture(scope="module")
+def offscreen():
+    """Skip where the machine has no off-screen OpenGL; the reason names the packages."""
+    try:
+        rendering.Picture(make_robot(), 32, 32).close()
+    except RuntimeError as error:
+        pytest.skip(str(error))

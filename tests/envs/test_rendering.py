@@ -18,15 +18,6 @@ ID = "clarke_gym/Reach-v0"
 PHYSICS = ["constant_curvature", "mujoco"]
 
 
-@pytest.fixture(scope="module")
-def offscreen():
-    """Skip where the machine has no off-screen OpenGL; the reason names the packages."""
-    try:
-        rendering.Picture(make_robot(), 32, 32).close()
-    except RuntimeError as error:
-        pytest.skip(str(error))
-
-
 def near(image, colour, tolerance=60):
     """Count the pixels close to a colour, brightness aside."""
     pixels = image.reshape(-1, 3).astype(float)
