@@ -103,7 +103,9 @@ def _strength(name: str, text: str) -> float:
     return strength
 
 
-def make_disturbances(strengths: dict[str, float], robot: Robot, num_envs: int) -> list[Any]:
+def make_disturbances(
+    strengths: dict[str, float], robot: Robot, num_envs: int, physics: str
+) -> list[Any]:
     """Return disturbances by name, each with its strength.
 
     Parameters
@@ -113,6 +115,8 @@ def make_disturbances(strengths: dict[str, float], robot: Robot, num_envs: int) 
     robot : Robot
         The nominal one.
     num_envs : int
+    physics : str
+        Whose robots they disturb.
 
     Returns
     -------
@@ -120,12 +124,13 @@ def make_disturbances(strengths: dict[str, float], robot: Robot, num_envs: int) 
 
     Examples
     --------
-    >>> [type(d).__name__ for d in make_disturbances({"payload": 0.5}, Robot(), 1)]
+    >>> [type(d).__name__ for d in make_disturbances({"payload": 0.5}, Robot(), 1, "mujoco")]
     ['Payload']
     """
     made: list[Disturbance] = []
     for name, strength in strengths.items():
         owner = DISTURBANCES[name]
+        owner = owner.twins.get(physics, owner)
         # One that takes no strength is as strong as it is.
         made.append(owner(robot, num_envs) if strength == 1.0 else owner(robot, num_envs, strength))
     return made

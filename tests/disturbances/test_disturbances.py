@@ -194,7 +194,7 @@ def test_combinations_have_strengths_and_presets_leave_out_what_has_no_meaning()
     ("text", "physics", "message"),
     [
         ("payload", "constant_curvature", "payload.*no meaning with physics='constant_curvature'"),
-        ("helical", "mujoco", "helical.*no meaning with physics='mujoco'"),
+        ("capstan", "constant_curvature", "capstan.*no meaning"),
         ("paylod", "mujoco", "did you mean 'payload'"),
         ("payload=x", "mujoco", "strength of 'payload' must be a number"),
         ("payload=-1", "mujoco", "strength of 'payload' must be a number above 0"),
