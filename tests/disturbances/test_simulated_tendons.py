@@ -297,5 +297,5 @@ def test_friction_leaves_a_straight_robot_alone():
 
 def test_tendons_that_no_two_stand_for_cannot_vary():
     physics = MujocoPhysics(Robot(), 1, 0.05, routing="chord")
-    with pytest.raises(ValueError, match="turn_rad.*'chord'"):
+    with pytest.raises(ValueError, match=r"turn_rad.*'chord'"):
         physics.vary(np.array([0]), {"turn_rad": np.array([1.0])})
