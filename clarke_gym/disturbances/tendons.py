@@ -201,8 +201,8 @@ def _which(robot: Robot, numbers: FloatArray) -> NDArray[np.intp]:
 class BrokenTendon(OtherLayout):
     """One tendon, drawn for every episode, is broken: the others of its segment are left.
 
-    In MuJoCo it carries nothing, and the others can only pull. In constant curvature they still
-    push as well as they pull.
+    In MuJoCo it carries nothing, and the others can only pull; a step costs what it costs robots
+    with a slack tendon. In constant curvature they still push as well as they pull.
     """
 
     numbers: ClassVar[int] = 1
