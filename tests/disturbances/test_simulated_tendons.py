@@ -135,19 +135,22 @@ def test_helical_tendons_are_those_of_a_model_compiled_with_them():
             part.set("coef", repr(float(coefficient)))
     model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
     data = mujoco.MjData(model)
-    own = MujocoPhysics(robot, 2, 0.05)
-    own.vary(np.arange(2), {"turn_rad": np.array([0.0, turn])})
-    own.reset(np.arange(2), np.tile(clarke, (2, 1, 1)))
+    own = MujocoPhysics(robot, 3, 0.05)
+    # The least friction keeps the third from being folded.
+    friction = np.array([0.0, 0.0, 1e-12])
+    own.vary(np.arange(3), {"turn_rad": np.array([0.0, turn, turn]), "friction": friction})
+    own.reset(np.arange(3), np.tile(clarke, (3, 1, 1)))
     data.qpos[:] = own._engine.qpos[1]
     told = robot.decoder @ clarke.reshape(-1)
     data.act[:] = -told - own._springs.preload[1]
     for _ in range(40):
-        own.step(JointVector.from_clarke(np.tile(clarke, (2, 1, 1))))
+        own.step(JointVector.from_clarke(np.tile(clarke, (3, 1, 1))))
         mujoco.mj_step(model, data, 10)
     mujoco.mj_forward(model, data)
     tip = data.site("tip").xpos
     assert np.linalg.norm(tip - own.state.tip_position[0]) > 2e-3
     np.testing.assert_allclose(own.state.tip_position[1], tip, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(own.state.tip_position[2], tip, rtol=0, atol=5e-6)
 
 
 @pytest.mark.parametrize("turn", [0.3, 1.0, np.pi / 2])
