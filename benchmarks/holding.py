@@ -4,7 +4,7 @@ python -m benchmarks.holding
 
 A force on the tip of the default robot, straight and bent, on MuJoCo: how far the tip gives way to
 a slow force and to a push of 0.2 s, for 3, 4 and 8 tendons, four co-contractions, with the
-pretension of the preset and nearly without, and with a play of capstan friction.
+pretension of the preset and nearly without, and with capstan friction.
 """
 
 from __future__ import annotations
@@ -27,11 +27,16 @@ FORCE_N = 0.1
 TENDONS = (3, 4, 8)
 COCONTRACTION = (0.0, 0.25, 0.5, 1.0)
 PRETENSIONS_N = (10.0, 0.5)
+FRICTION = (0.0, 0.2, 0.4)
 
 
-def gave_way(robot: Robot, share: float, bend_rad: float, steps: int) -> float:
+def gave_way(
+    robot: Robot, share: float, bend_rad: float, steps: int, friction: float = 0.0
+) -> float:
     """Return how far the tip is from where it was after a force of some steps [m]."""
     physics = MujocoPhysics(robot, 1, 0.05, profile="accurate")
+    if friction:
+        physics.vary(np.array([0]), {"friction": np.array([friction])})
     clarke = np.zeros((1, robot.n_segments, 2))
     clarke[0, :, 0] = 0.01 * bend_rad
     off = np.full((robot.n_joints, 1), share * robot.max_cocontraction_m)
@@ -68,6 +73,14 @@ def main() -> None:
         first, last = (gave_way(robot, share, 0.0, 40) for share in (0.0, 1.0))
         cut.append(first)
         parts.append(f"| {count} | {1e3 * first:.3f} | {100.0 * (last / first - 1.0):+.2f} % |")
+    rubbing = []
+    for friction in FRICTION:
+        cells = []
+        for bend in (0.0, 1.0):
+            robot = make_robot(n_tendons=4)
+            first, last = (gave_way(robot, share, bend, 40, friction) for share in (0.0, 1.0))
+            cells.append(f"{1e3 * first:.3f} | {100.0 * (last / first - 1.0):+.2f} %")
+        rubbing.append(f"| {friction:g} | " + " | ".join(cells) + " |")
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
     for n, style in zip(TENDONS, ("o-", "s--", "^:"), strict=True):
         values = [1e3 * found[10.0, n, share, "slow, straight"] for share in COCONTRACTION]
@@ -94,9 +107,14 @@ def main() -> None:
                 cells.append(f"{1e3 * first:.3f} | {100.0 * (last / first - 1.0):+.2f} %")
             rows.append(f"| {pretension:g} | {n} | " + " | ".join(cells) + " |")
     (FOLDER / "holding.md").write_text(
-        _TEXT.format(force=FORCE_N, rows="\n".join(rows), parts="\n".join(parts))
+        _TEXT.format(
+            force=FORCE_N,
+            rows="\n".join(rows),
+            parts="\n".join(parts),
+            rubbing="\n".join(rubbing),
+        )
     )
-    print("\n".join(rows + parts))
+    print("\n".join(rows + parts + rubbing))
 
 
 _TEXT = """# Does co-contraction stiffen a tendon-driven segment?
@@ -125,8 +143,17 @@ segment, cut into segments whose tendons end at disks between:
 |---|---|---|
 {parts}
 
-Not in this model is friction that grows with tension: the disturbance `friction` is a play that
-does not depend on tension, so co-contraction cannot use it."""
+Friction that grows with tension, as the disturbance `capstan` has it, with four tendons and the
+coefficients mu:
+
+| mu | slow, straight | change | bent 1 rad | change |
+|---|---|---|---|---|
+{rubbing}
+
+It holds the end of each tendon, which hardly moves here, and the backbone bends past it; so
+co-contraction cannot use it. What tendons would hold at each disk that they rub on is not in this
+model.
+"""
 
 
 if __name__ == "__main__":

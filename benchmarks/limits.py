@@ -99,7 +99,8 @@ tendons average misplaced holes out. A broken tendon costs nothing as long as th
 well as pull, as constant curvature has it; real tendons of which one is missing cannot bend the
 robot away from it. Slack is an offset, which no linear decoder sees: feedback of the tip takes it
 away. A helix is here what it does to the mean bend; that the real backbone leaves the arc is not
-simulated.
+simulated. It is in MuJoCo: of what parallel tendons would do, the summed bend comes out
+sinc(tau/2) there where it is 1/sinc(tau/2) here, both turned by tau/2.
 """
 
 

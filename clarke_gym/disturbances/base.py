@@ -37,6 +37,8 @@ class Disturbance:
     """Models that it has a meaning in."""
     numbers: ClassVar[int] = 0
     """Uniform random numbers an episode."""
+    twins: ClassVar[Mapping[str, type[Disturbance]]] = {}
+    """Who stands for it in physics that simulate what it does, by their names."""
     hidden: ClassVar[int] = 0
     """How many of them, the first ones, tell what disturbs: the sensor "hidden" shows them."""
 

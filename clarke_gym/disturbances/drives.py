@@ -82,6 +82,7 @@ class Friction(Play):
 
     Euler and Eytelwein's :math:`T_2 = T_1 e^{\mu\phi}` over the bend phi of the backbone leaves a
     stick band that grows as :math:`e^{\mu\phi} - 1`; the coefficient mu is drawn for every episode.
+    Tension has no part in it: `capstan` has.
     """
 
     numbers: ClassVar[int] = 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -54,13 +55,18 @@ class OtherLayout(Disturbance):
         del command
         self._map[rows] = self._maps(numbers)
 
-    def _maps(self, numbers: FloatArray) -> FloatArray:
+    def decoders(self, numbers: FloatArray) -> FloatArray:
+        """Return the true decoders D', (R, N, 2S): displacements per Clarke coordinates."""
         angles, radii = self.layout(numbers)
         own = (radii / self._nominal)[..., None] * np.stack([np.cos(angles), np.sin(angles)], -1)
         decoder = np.zeros((len(numbers), self.robot.n_joints, 2 * self.robot.n_segments))
         for k in range(self.robot.n_segments):
             mine = self._owner == k
             decoder[:, mine, 2 * k : 2 * k + 2] = own[:, mine]
+        return decoder
+
+    def _maps(self, numbers: FloatArray) -> FloatArray:
+        decoder = self.decoders(numbers)
         inverse = np.linalg.pinv(decoder)
         nominal, eye = self.robot.decoder, np.eye(self.robot.n_joints)
         off = eye - nominal @ self.robot.encoder
@@ -113,39 +119,98 @@ class UnequalRadii(_PerTendon):
         return np.broadcast_to(self.psi, numbers.shape), self.radii * (1.0 + away)
 
 
+class _Simulated(Disturbance):
+    """What MuJoCo's tendons are, where constant curvature has a map of commands."""
+
+    physics: ClassVar[tuple[str, ...]] = ("mujoco",)
+    numbers: ClassVar[int] = 1
+    hidden: ClassVar[int] = 1
+
+
+class _Wound(_Simulated):
+    name: ClassVar[str] = "helical"
+
+    def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
+        """Return the turns a segment [rad]."""
+        return {"turn_rad": _turn(self.strength, numbers[:, 0])}
+
+
+def _turn(strength: float, numbers: FloatArray) -> FloatArray:
+    """Return by what helical tendons turn along a segment [rad]."""
+    turn: FloatArray = MOST_TURN_RAD * strength * (2.0 * numbers - 1.0)
+    return turn
+
+
 @register_disturbance("helical")
 class Helical(OtherLayout):
     r"""Tendons wind round the backbone, by a turn tau a segment drawn for every episode.
 
-    Along an arc of bend phi the tendon at :math:`\psi + \tau s/l` is displaced by
-    :math:`d\,\phi\,\mathrm{sinc}(\tau/2)\cos(\psi + \tau/2 - \theta)`, the mean over the segment:
-    as parallel tendons turned by tau/2 on a smaller radius. That the true backbone would leave the
-    arc is not simulated.
+    In MuJoCo they pull where they are: without other loads the bend turns along with them, and its
+    sum over a segment is :math:`\mathrm{sinc}(\tau/2)` of the parallel tendons', turned by tau/2.
+    The moment by which helical tendons twist the backbone is left out.
+
+    In constant curvature the tendon at :math:`\psi + \tau s/l` is displaced along an arc of bend
+    phi by :math:`d\,\phi\,\mathrm{sinc}(\tau/2)\cos(\psi + \tau/2 - \theta)`, the mean over the
+    segment: as parallel tendons turned by tau/2 on a smaller radius. Segments further out find them
+    turned by tau for each one passed. That the true backbone leaves the arc is not simulated, so
+    the bend is :math:`1/\mathrm{sinc}(\tau/2)` of the parallel tendons', not
+    :math:`\mathrm{sinc}(\tau/2)`.
     """
 
-    physics: ClassVar[tuple[str, ...]] = ("constant_curvature",)
     numbers: ClassVar[int] = 1
     hidden: ClassVar[int] = 1
+    twins: ClassVar[Mapping[str, type[Disturbance]]] = {"mujoco": _Wound}
 
     def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the parallel tendons that do the same: angles [rad] and radii [m]."""
-        turn = MOST_TURN_RAD * self.strength * (2.0 * numbers - 1.0)
+        """Return the parallel tendons that do the same in the first segment: angles and radii."""
+        turn = _turn(self.strength, numbers)
         return self.psi + 0.5 * turn, self.radii * np.sinc(turn / (2.0 * np.pi))
+
+    def decoders(self, numbers: FloatArray) -> FloatArray:
+        """Return the true decoders: the segments that a tendon passes find it turned further."""
+        turn = _turn(self.strength, numbers)
+        angles, radii = self.layout(numbers)
+        decoder = np.zeros((len(numbers), self.robot.n_joints, 2 * self.robot.n_segments))
+        for k in range(self.robot.n_segments):
+            # Of a displacement by the bend of segment k, of which Clarke coordinates are the sums.
+            passing, ends = self._owner >= k, 2 * (k + 1)
+            here = angles + k * turn
+            own = np.stack([np.cos(here), np.sin(here)], -1) * radii[..., None]
+            own = np.where(passing[:, None], own, 0.0) / self.robot.pitch_radii[k]
+            decoder[:, :, ends - 2 : ends] += own
+            if k:
+                previous = self.robot.pitch_radii[k] / self.robot.pitch_radii[k - 1]
+                decoder[:, :, ends - 4 : ends - 2] -= previous * own
+        return decoder
+
+
+class _Broken(_Simulated):
+    name: ClassVar[str] = "broken_tendon"
+
+    def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
+        """Return which tendons are left."""
+        return {"intact": np.arange(self.robot.n_joints) != _which(self.robot, numbers)}
+
+
+def _which(robot: Robot, numbers: FloatArray) -> NDArray[np.intp]:
+    """Return which tendon is meant by a uniform number."""
+    return (numbers * robot.n_joints).astype(np.intp)
 
 
 @register_disturbance("broken_tendon")
 class BrokenTendon(OtherLayout):
     """One tendon, drawn for every episode, is broken: the others of its segment are left.
 
-    They still push as well as they pull, as constant curvature has it.
+    In MuJoCo it carries nothing, and the others can only pull; a step costs what it costs robots
+    with a slack tendon. In constant curvature they still push as well as they pull.
     """
 
-    physics: ClassVar[tuple[str, ...]] = ("constant_curvature",)
     numbers: ClassVar[int] = 1
     hidden: ClassVar[int] = 1
+    twins: ClassVar[Mapping[str, type[Disturbance]]] = {"mujoco": _Broken}
 
     def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the layout without the broken tendon."""
-        index = (numbers * self.robot.n_joints).astype(np.intp)
-        radii = np.where(np.arange(self.robot.n_joints) == index, 0.0, self.radii)
+        left = np.arange(self.robot.n_joints) != _which(self.robot, numbers)
+        radii = np.where(left, self.radii, 0.0)
         return np.broadcast_to(self.psi, radii.shape), radii

@@ -57,7 +57,7 @@ class EnvCore:
         self.robot = robot = config.make_robot()
         self.task = config.make_task(robot)
         strengths = parse(config.disturbances, config.physics)
-        self.disturbances = make_disturbances(strengths, robot, batch.size)
+        self.disturbances = make_disturbances(strengths, robot, batch.size, config.physics)
         self.physics = self._make_physics()
         self.actions = Decoder(make_representation(config.of_actions, robot), robot, batch)
         self._sensing = self._with("sense")

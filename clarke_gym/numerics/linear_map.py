@@ -102,7 +102,7 @@ class AffineMap:
     Parameters
     ----------
     matrix : ndarray, shape (k, m)
-    offset : ndarray, shape (m,)
+    offset : ndarray, shape (m,), or (B, m) for an offset of each row
 
     Examples
     --------
@@ -112,8 +112,10 @@ class AffineMap:
 
     def __init__(self, matrix: FloatArray, offset: FloatArray) -> None:
         self._map, self._offset = LinearMap(matrix, columns=True), offset
-        self._offsets: list[float] = offset.tolist()
-        self._mirrors = bool(len(matrix) == len(offset) and (matrix == -np.eye(len(matrix))).all())
+        self._offsets: list[float] = np.atleast_2d(offset)[0].tolist()
+        self._mirrors = bool(
+            matrix.shape[0] == matrix.shape[1] and (matrix == -np.eye(len(matrix))).all()
+        )
 
     def of_components(self, parts: Sequence[Number]) -> Any:
         """Return a list of floats for one robot, or an array (B, m)."""

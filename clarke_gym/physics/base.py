@@ -82,8 +82,11 @@ class Physics(Protocol):
     def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
         """Give the robots `rows` physical numbers of their own, by name.
 
-        "payload_kg" (R,), "stiffness" and "damping" of the backbone over the nominal (R,), and
-        "base_tilt_rad", rotation vectors of the base (R, 3).
+        "payload_kg" (R,); "stiffness" and "damping" of the backbone over the nominal (R,);
+        "base_tilt_rad", rotation vectors of the base (R, 3); "tendon_stiffness" and "pretension"
+        of each segment's tendons over the nominal (R, S); "intact", whether a tendon is not broken
+        (R, N); "turn_rad", what tendons turn round the backbone along a segment (R,); "friction",
+        coefficients of friction between tendons and holes (R,).
         """
 
     def backbone(self, points: int) -> FloatArray:

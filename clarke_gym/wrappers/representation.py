@@ -10,19 +10,10 @@ from numpy.typing import ArrayLike
 
 from clarke_gym.representations import Representation
 from clarke_gym.wrappers.codec import ActionCodec, ObservationCodec
+from clarke_gym.wrappers.goals import AsksRewards
 
 
-class _AsksRewards:
-    """Goal environments are asked for rewards through their wrappers, too."""
-
-    unwrapped: Any
-
-    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """Return the environment's reward of goals as observed."""
-        return self.unwrapped.compute_reward(achieved_goal, desired_goal, info)
-
-
-class RepresentationAction(_AsksRewards, gym.ActionWrapper[Any, Any, Any], RecordConstructorArgs):
+class RepresentationAction(AsksRewards, gym.ActionWrapper[Any, Any, Any], RecordConstructorArgs):
     """Act in a representation of joint space.
 
     Parameters
@@ -62,7 +53,7 @@ class RepresentationAction(_AsksRewards, gym.ActionWrapper[Any, Any, Any], Recor
 
 
 class RepresentationObservation(
-    _AsksRewards, gym.ObservationWrapper[Any, Any, Any], RecordConstructorArgs
+    AsksRewards, gym.ObservationWrapper[Any, Any, Any], RecordConstructorArgs
 ):
     """Observe joint space in a representation.
 

@@ -54,6 +54,33 @@ def test_vector_equals_scalar_and_restoring_is_exact(physics, name):
         np.testing.assert_array_equal(other.step(actions[k][1])[0], trace[k])
 
 
+@pytest.mark.parametrize("task", ["Nest", "Hold", "Wrap", "Shape"])
+def test_tendons_of_ones_own_among_bodies_and_loads(task):
+    env_id = f"clarke_gym/{task}-v0"
+    keywords = {
+        "n_tendons": 4,
+        "physics": "mujoco",
+        "disturbances": "hardware+harsh+helical+broken_tendon",
+        "sensors": "oracle",
+    }
+    env, envs = gym.make(env_id, **keywords), gym.make_vec(env_id, num_envs=2, **keywords)
+    np.testing.assert_array_equal(env.reset(seed=6)[0], envs.reset(seed=5)[0][1])
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-1, 1, (8, *envs.action_space.shape)).astype(np.float32)
+    seen, kept = [], None
+    for k, action in enumerate(actions):
+        if k == 4:
+            kept = pickle.loads(pickle.dumps(env.unwrapped.state()))
+        seen.append(env.step(action[1])[0])
+        np.testing.assert_array_equal(seen[-1], envs.step(action)[0][1])
+    assert np.isfinite(seen).all()
+    other = gym.make(env_id, **keywords)
+    other.reset(seed=1)
+    other.unwrapped.restore(kept)
+    for k in range(4, 8):
+        np.testing.assert_array_equal(other.step(actions[k][1])[0], seen[k])
+
+
 @pytest.mark.parametrize("name", OURS)
 def test_a_disturbance_changes_something_and_goals_stay(name):
     physics = DISTURBANCES[name].physics[-1]
@@ -194,7 +221,7 @@ def test_combinations_have_strengths_and_presets_leave_out_what_has_no_meaning()
     ("text", "physics", "message"),
     [
         ("payload", "constant_curvature", "payload.*no meaning with physics='constant_curvature'"),
-        ("helical", "mujoco", "helical.*no meaning with physics='mujoco'"),
+        ("capstan", "constant_curvature", "capstan.*no meaning"),
         ("paylod", "mujoco", "did you mean 'payload'"),
         ("payload=x", "mujoco", "strength of 'payload' must be a number"),
         ("payload=-1", "mujoco", "strength of 'payload' must be a number above 0"),

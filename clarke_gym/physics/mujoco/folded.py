@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import slope
-from clarke_gym.numerics.linear_map import LinearMap
+from clarke_gym.numerics.linear_map import map_rows
+from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
 from clarke_gym.physics.mujoco.tendons import TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
@@ -35,8 +36,7 @@ class FoldedSteps:
     make_whole : callable
         Makes what runs the same robots with all their tendons, once it is needed.
     springs : TendonSprings
-    to_clarke : ndarray, shape (nq, 2S)
-        Maps joint coordinates to Clarke coordinates.
+    displacements : Displacements
     steps : int
         Time steps K of a control step.
     """
@@ -46,14 +46,14 @@ class FoldedSteps:
         engine: Engine,
         make_whole: Callable[[], WholeSteps],
         springs: TendonSprings,
-        to_clarke: FloatArray,
+        displacements: Displacements,
         steps: int,
     ) -> None:
         self._engine, self._springs, self._steps = engine, springs, steps
         self._duration = steps * engine.chain.model.opt.timestep
         self._make_whole = make_whole
         self._watch_slack = bool(springs.pulls_only.any())
-        self._to_folded = LinearMap(to_clarke @ springs.fold)
+        self._displacements = displacements
         self._ramp = (np.arange(1, steps + 1) / steps)[:, None]
         self._repeated = np.zeros(len(engine.qpos), dtype=bool)
         self._held: tuple[JointVector, Any] | None = None
@@ -87,19 +87,16 @@ class FoldedSteps:
         first, last = self._lengths(start), self._springs.folded_lengths(end)
         self._held = end, last
         rates = slope(first, last, self._duration)
-        if not self._watch_slack:
-            self._engine.run(rows, first, rates, self._steps)
-            return
-        if start.off_manifold is not None:
-            # A robot that starts slack need not be tried with folded tendons first.
-            loose = self._starts_loose(start, first)
-            if np.count_nonzero(loose):
-                rows = np.arange(len(loose)) if rows is None else rows
-                self._run_whole(rows[loose[rows]], (start, end))
-                rows = rows[~loose[rows]]
-                if not rows.size:
-                    return
+        whole = self._surely_whole(start, first)
+        if whole is not None and np.count_nonzero(whole):
+            rows = np.arange(len(whole)) if rows is None else rows
+            self._run_whole(rows[whole[rows]], (start, end))
+            rows = rows[~whole[rows]]
+            if not rows.size:
+                return
         self._engine.run(rows, first, rates, self._steps)
+        if not self._watch_slack:
+            return
         taut = start.off_manifold is None and end.off_manifold is None
         if taut and self._engine.surely_taut(self._springs, first, last):
             return
@@ -107,15 +104,20 @@ class FoldedSteps:
         if np.count_nonzero(slack):
             self._run_whole(np.flatnonzero(slack) if rows is None else rows[slack], (start, end))
 
-    def _starts_loose(self, start: JointVector, first: Any) -> NDArray[np.bool_]:
-        gap = self._actual_lengths() - np.atleast_2d(first)
-        return self._springs.slack(start, start, gap[:, None])
+    def _surely_whole(self, start: JointVector, first: Any) -> NDArray[np.bool_] | None:
+        """Return which robots need not be tried with folded tendons first, if any is known."""
+        unfolded = self._springs.unfolded
+        if start.off_manifold is None or not self._watch_slack:
+            return unfolded
+        gap = self._displacements.folded_lengths() - np.atleast_2d(first)
+        loose = self._springs.slack(start, start, gap[:, None])
+        return loose if unfolded is None else loose | unfolded
 
     def _went_slack(
         self, rows: NDArray[np.intp] | None, drives: Motion, first: FloatArray, last: FloatArray
     ) -> NDArray[np.bool_]:
         """Return which of some robots had a slack tendon, from the lengths that acted."""
-        acted, length = self._engine.acted, self._actual_lengths()
+        acted, length = self._engine.acted, self._displacements.folded_lengths()
         if rows is not None:
             acted, length, first, last = acted[rows], length[rows], first[rows], last[rows]
             drives = drives[0].rows(rows), drives[1].rows(rows)
@@ -123,7 +125,7 @@ class FoldedSteps:
         gap = -first[:, None] - self._ramp * (last - first)[:, None]
         gap[:, :-1] += acted[:, :, 1:].transpose(0, 2, 1)
         gap[:, -1] += length
-        return self._springs.slack(*drives, gap)
+        return self._springs.slack(*drives, gap, rows)
 
     def _lengths(self, drive: JointVector) -> Any:
         """Return commanded lengths; the end of a step is the start of the next."""
@@ -131,16 +133,33 @@ class FoldedSteps:
             self._held = drive, self._springs.folded_lengths(drive)
         return self._held[1]
 
-    def _actual_lengths(self) -> FloatArray:
-        """Return how far the shapes shorten the virtual tendons, negative [m], shape (B, 2S)."""
-        return self._to_folded.of_rows(self._engine.qpos)
-
     def _run_whole(self, rows: NDArray[np.intp], drives: Motion) -> None:
         """Run the control step of the robots `rows` with all their tendons."""
         if rows.size:
             whole, engine = self._whole.engine, self._engine
-            whole.place(rows, *engine.kept(rows))
+            joints, *others = engine.kept(rows)
+            if self._springs.friction is not None:
+                whole.model_field("tendon_frictionloss")[rows] = self._drag(rows, joints, drives[0])
+            whole.place(rows, joints, *others)
             self._whole.run(rows, *drives)
             self._repeated[rows] = True
             # The two have the same joints, so that one goes on where the other stopped.
             engine.place(rows, whole.qpos[rows], whole.qvel[rows], whole.warm[rows])
+
+    def _drag(self, rows: NDArray[np.intp], joints: FloatArray, start: JointVector) -> FloatArray:
+        """Return the tendons' friction [N] (R, N) where a control step begins."""
+        robot, shape = self._springs.robot, self._engine.chain.shape
+        told = start.rows(rows).joint(robot)
+        reached = map_rows(self._displacements.clarke(joints, rows), robot.decoder.T)
+        # Each joint of two axes is a piece of backbone, and a bend that tendons wrap round.
+        pieces = [np.flatnonzero(column) for column in shape.T]
+        bends = [
+            np.hypot(joints[:, x], joints[:, y])
+            for x, y in zip(pieces[::2], pieces[1::2], strict=True)
+        ]
+        passes = [
+            np.tile(np.repeat(np.arange(robot.n_segments) >= k, robot.n_tendons), (len(part.T), 1))
+            for k, part in enumerate(bends)
+        ]
+        wrapped = map_rows(np.hstack(bends), np.vstack(passes).astype(np.float64))
+        return self._springs.drag(rows, told, reached, wrapped)

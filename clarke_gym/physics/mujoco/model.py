@@ -107,6 +107,7 @@ def build_chain(
     payload_kg: float = 0.0,
     record: int = 0,
     scene: Scene = EMPTY,
+    winding: bool = False,
 ) -> Chain:
     """Return the compiled model of a robot, in the frame of its base.
 
@@ -132,6 +133,8 @@ def build_chain(
         Time steps of which the lengths of folded tendons are kept.
     scene : Scene
         Bodies in the frame of the base; contact is on only where there are any.
+    winding : bool
+        Whether tendons run along every bending joint, so that they can turn round the backbone.
 
     Returns
     -------
@@ -184,7 +187,7 @@ def build_chain(
         if routing == "chord":
             _chord_tendons(spec, robot, j)
         else:
-            _parallel_tendons(spec, robot, j, folded, chain.hinges)
+            _parallel_tendons(spec, robot, j, folded, chain.hinges, winding)
         _actuators(spec, robot.segments[j], j, folded, actuation)
     if folded and record:
         _recorders(spec, record)
@@ -192,7 +195,12 @@ def build_chain(
 
 
 def _parallel_tendons(
-    spec: mujoco.MjSpec, robot: Robot, j: int, folded: bool, hinges: list[list[tuple[str, str]]]
+    spec: mujoco.MjSpec,
+    robot: Robot,
+    j: int,
+    folded: bool,
+    hinges: list[list[tuple[str, str]]],
+    winding: bool,
 ) -> None:
     segment = robot.segments[j]
     offsets = tendon_offsets(segment)
@@ -203,7 +211,7 @@ def _parallel_tendons(
         for name, axis in (hinge for part in hinges[: j + 1] for hinge in part):
             # Bending towards a tendon shortens it by its offset times the angle.
             coefficient = {"x": y, "y": -x, "z": 0.0}[axis]
-            if coefficient != 0.0:
+            if coefficient != 0.0 or (winding and axis != "z"):
                 tendon.wrap_joint(name, coefficient)
 
 

@@ -29,8 +29,9 @@ from clarke_gym.physics.mujoco.model import (
     build_chain,
     substeps,
 )
+from clarke_gym.physics.mujoco.rest import resting
 from clarke_gym.physics.mujoco.scene import CONTACT_DT_S
-from clarke_gym.physics.mujoco.tendons import TendonSprings
+from clarke_gym.physics.mujoco.tendons import TENDON_NUMBERS, TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
 from clarke_gym.physics.statics import taut_gain
 from clarke_gym.robots.joint_vector import JointVector
@@ -43,6 +44,15 @@ LEAST_GAIN = 0.1
 
 MOST_LOADS = 10.0
 """Heaviest payload over E I / l^2, under which a backbone buckles."""
+
+STICKING = 0.9999
+"""Impedance of tendons that stick: the largest that the engine takes."""
+
+CREEP_1_KG = 0.5
+"""Inverse mass by which the engine softens their friction: with its own the default robot's tendons
+let go within half a second, with this one in seven minutes."""
+
+_OF_TENDONS = (*TENDON_NUMBERS, "turn_rad")
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
 
@@ -174,6 +184,7 @@ class MujocoPhysics:
             "base_quaternion": base_quaternion,
             "payload_kg": payload_kg,
             "scene": scene,
+            "winding": False,
         }
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
@@ -181,15 +192,18 @@ class MujocoPhysics:
         self._varied: dict[str, FloatArray] = {}
         self._engine = self._make_engine(self._sim_dt)
         self._tension_driven = actuation == "tension"
-        self._displacements = Displacements(
-            self._engine, self._springs, self.batch, routing == "chord"
-        )
-        self._steps = self._make_steps()
+        self._begin_reading()
         self._drive = JointVector(self.batch.zeros(2 * robot.n_segments))
         self._set_diverged(np.zeros(self.batch.size, dtype=bool))
         self._state: RobotState | None = None
         start = np.zeros((self.batch.size, robot.n_segments, 2))
         self.reset(np.arange(self.batch.size), start)
+
+    def _begin_reading(self) -> None:
+        """Read displacements from the engine, and run control steps on it."""
+        chord = self._options["routing"] == "chord"
+        self._displacements = Displacements(self._engine, self._springs, self.batch, chord)
+        self._steps = self._make_steps()
 
     def _set_diverged(self, diverged: NDArray[np.bool_]) -> None:
         self._diverged, self._stopped = diverged, int(diverged.sum())
@@ -218,8 +232,7 @@ class MujocoPhysics:
             self._equip(engine)
             return WholeSteps(engine, springs, substeps * finer)
 
-        to_clarke = self._displacements.to_clarke
-        return FoldedSteps(self._engine, make_whole, springs, to_clarke, substeps)
+        return FoldedSteps(self._engine, make_whole, springs, self._displacements, substeps)
 
     @property
     def state(self) -> RobotState:
@@ -300,8 +313,25 @@ class MujocoPhysics:
             diverged = self._diverged.copy()
             diverged[rows] = False
             self._set_diverged(diverged)
+        if self._springs.own:
+            rest = self._own_rest(rows, clarke)
         self._engine.place(rows, self.rest(clarke) if rest is None else rest, 0.0)
         self._state = None
+
+    def _own_rest(self, rows: NDArray[np.intp], clarke: FloatArray) -> FloatArray:
+        """Return the joint coordinates (R, nq) of robots with tendons of their own [rad]."""
+        springs = self._springs
+        command = map_rows(clarke.reshape(len(rows), -1), self.robot.decoder.T)
+        elastic = self._varied.get("jnt_stiffness")
+        return resting(
+            command + springs.preload[rows],
+            springs.gains(folded=False)[rows],
+            springs.pulls_only,
+            self._displacements.jacobian(rows),
+            np.tile(self._nominal["jnt_stiffness"], (len(rows), 1))
+            if elastic is None
+            else elastic[rows],
+        )
 
     def step(self, command: JointVector) -> None:
         """Advance all robots by one control period under the commanded displacements.
@@ -355,16 +385,60 @@ class MujocoPhysics:
 
     def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
         """Give the robots `rows` physical numbers of their own; see `Physics.vary`."""
+        tendons = {name: numbers[name] for name in _OF_TENDONS if name in numbers}
+        if tendons:
+            self._vary_tendons(rows, tendons)
         for name, values in numbers.items():
+            if name in tendons:
+                continue
             for field, part, nominal in self._meant(name, values):
                 if field not in self._varied:
                     whole = np.empty((self.batch.size, *nominal.shape))
                     self._varied[field] = np.broadcast_to(nominal, whole.shape).copy()
                 self._varied[field][rows] = part
         for engine in self._engines():
-            for field, own in self._varied.items():
-                engine.model_field(field)[:] = own
+            self._give_numbers(engine)
         self._state = None
+
+    def _vary_tendons(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Give the tendons of the robots `rows` numbers of their own."""
+        if not self.chain.folded:
+            raise ValueError(
+                f"physics cannot vary {list(numbers)} of tendons that are not folded: routing, "
+                f"actuation are {self._options['routing']!r}, {self._options['actuation']!r}"
+            )
+        if "turn_rad" in numbers and not self._options["winding"]:
+            self._make_windable()
+        self._springs.vary(self.batch.size, rows, numbers)
+        if "turn_rad" in numbers:
+            self._displacements.wind(rows, numbers["turn_rad"])
+
+    def _make_windable(self) -> None:
+        """Go on with a model whose tendons run along every joint that they pass."""
+        before = self._engine
+        self._options["winding"] = True
+        self._engine = self._make_engine(self._sim_dt)
+        self._equip(self._engine)
+        self._engine.place(np.arange(self.batch.size), before.qpos, before.qvel, before.warm)
+        self._begin_reading()
+
+    def _give_numbers(self, engine: Engine) -> None:
+        """Give simulations the numbers that robots have of their own."""
+        for field, own in self._varied.items():
+            engine.model_field(field)[:] = own
+        springs, chain = self._springs, engine.chain
+        if not springs.own:
+            return
+        gains = springs.gains(chain.folded)
+        engine.model_field("actuator_gainprm")[:, :, 0] = gains
+        engine.model_field("actuator_biasprm")[:, :, 1] = -gains
+        wraps = self._displacements.wraps(chain)
+        if wraps is not None:
+            engine.model_field("wrap_prm")[:] = wraps
+        if springs.friction is not None and not chain.folded:
+            engine.model_field("tendon_solref_fri")[:] = 2.0 * chain.model.opt.timestep, 1.0
+            engine.model_field("tendon_solimp_fri")[:, :, :2] = STICKING
+            engine.model_field("tendon_invweight0")[:] = CREEP_1_KG
 
     def _meant(self, name: str, values: FloatArray) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Yield a field of MuJoCo's model, what it becomes (R, ...), and what it is by itself."""
@@ -409,8 +483,7 @@ class MujocoPhysics:
             engine.put_bodies(rows, surroundings.numbers, surroundings.scene.resized)
         if self._force is not None:
             engine.pull(self._force)
-        for field, own in self._varied.items():
-            engine.model_field(field)[:] = own
+        self._give_numbers(engine)
 
     def _engines(self) -> list[Engine]:
         """Return all simulations of the robots: with folded tendons, and with all of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,9 @@ from clarke_gym.numerics.linear_map import AffineMap, block_diagonal, map_rows
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.stiffness import bending_stiffness
+
+TENDON_NUMBERS = ("tendon_stiffness", "pretension", "intact", "friction")
+"""Numbers of robots of their own that the springs of their tendons have."""
 
 
 def tendon_offsets(segment: Segment) -> FloatArray:
@@ -77,6 +81,17 @@ class TendonSprings:
     ----------
     robot : Robot
 
+    Attributes
+    ----------
+    stiffness, pretension, preload : ndarray, shape (N,), or (B, N) once `vary` was called
+        k [N/m], :math:`T_0` [N] and the stretch :math:`T_0/k` [m].
+    intact : ndarray of bool
+        Where tendons are not broken, likewise.
+    friction : ndarray, shape (B,), or None
+        Coefficients mu of friction with the holes.
+    unfolded : ndarray of bool, shape (B,), or None
+        Robots whose tendons are not alike, so that no two can stand for them.
+
     Examples
     --------
     >>> springs = TendonSprings(Robot())
@@ -92,21 +107,83 @@ class TendonSprings:
         self.pulls_only = np.repeat([s.joint_type == "tendon" for s in segments], counts)
         self._first = np.cumsum([0, *counts[:-1]])
         self._pulling = np.array([s.joint_type == "tendon" for s in segments])
-        preload = self.pretension / self.stiffness
-        self._preload = np.array([s.pretension_n / s.tendon_stiffness_n_m for s in segments])
+        self._nominal = self.stiffness, self.pretension
+        self._scales = np.concatenate([folded_axes(segment)[0] for segment in segments])
+        self.own = False
+        self.intact = np.ones(robot.n_joints, dtype=bool)
+        self.friction: FloatArray | None = None
+        self.unfolded: NDArray[np.bool_] | None = None
         # How far a tendon's stretch can exceed the magnitude of the Clarke coordinates.
         self._gain = np.array([s.radii.max() / s.pitch_radius_m for s in segments])
-        # Square of the shortest stretch that can slacken a tendon, with nothing off the manifold.
-        self._least_room = float(((self._preload / self._gain) ** 2).min())
-        self._surely_room = self._least_room * (1.0 - 1e-9)  # less than any rounding of a sum
         rotation = block_diagonal([folded_axes(segment)[1] for segment in segments])
         self.fold = -rotation.T
         self._unfold = rotation
         self.aligned = bool((rotation == np.eye(len(rotation))).all())
-        self._folded_preload = preload @ robot.encoder.T @ self.fold
-        self._folded_preloads = self._folded_preload.tolist()
+        self._derive()
+        self._shape, self._shape_offset = self._equilibrium(self.preload)
+
+    def _derive(self) -> None:
+        """Derive what the slack check and the folded tendons need of stiffness and pretension."""
+        self.preload = self.pretension / self.stiffness
+        self._preload = self.preload[..., self._first]
+        # Square of the shortest stretch that can slacken a tendon, with nothing off the manifold.
+        self._least_room = float(((self._preload / self._gain) ** 2).min())
+        self._surely_room = self._least_room * (1.0 - 1e-9)  # less than any rounding of a sum
+        to_folded = self.robot.encoder.T @ self.fold
+        rows = map_rows(np.atleast_2d(self.preload), to_folded)
+        self._folded_preload = rows if self.own else rows[0]
+        self._folded_preloads = rows[0].tolist()
         self._folded = AffineMap(self.fold, self._folded_preload)
-        self._shape, self._shape_offset = self._equilibrium(preload)
+
+    def vary(self, size: int, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
+        """Give the tendons of some robots numbers of their own; those of all get a row each.
+
+        Parameters
+        ----------
+        size : int
+            Robots B.
+        rows : ndarray of int, shape (R,)
+        numbers : mapping of str to ndarray
+            Of `TENDON_NUMBERS`, as `Physics.vary` has them.
+        """
+        if not self.own:
+            self.own = True
+            self.stiffness, self.pretension, self.intact = (
+                np.tile(one, (size, 1)) for one in (*self._nominal, self.intact)
+            )
+        stiffness, pretension = self._nominal
+        for name, values in numbers.items():
+            if name == "tendon_stiffness":
+                self.stiffness[rows] = stiffness * np.repeat(values, self.robot.n_tendons, axis=1)
+            elif name == "pretension":
+                self.pretension[rows] = pretension * np.repeat(values, self.robot.n_tendons, axis=1)
+            elif name == "intact":
+                self.intact[rows] = values
+            elif name == "friction":
+                if self.friction is None:
+                    self.friction = np.zeros(size)
+                self.friction[rows] = values
+        # Two virtual tendons stand for n that are alike, each with its own force, none with more.
+        self.unfolded = np.logical_not(self.intact.all(1))
+        if self.friction is not None:
+            self.unfolded |= self.friction > 0.0
+        self._derive()
+
+    def gains(self, folded: bool) -> FloatArray:
+        """Return the stiffness [N/m] of every simulated tendon of robots of their own.
+
+        Parameters
+        ----------
+        folded : bool
+            Whether virtual tendons are asked for.
+
+        Returns
+        -------
+        ndarray, shape (B, 2S) or (B, N)
+        """
+        if folded:
+            return self._scales * np.repeat(self.stiffness[:, self._first], 2, axis=1)
+        return np.where(self.intact, self.stiffness, 0.0)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
@@ -138,7 +215,45 @@ class TendonSprings:
     def tension(self, command: FloatArray, displacement: FloatArray) -> FloatArray:
         """Return the tensions [N], shape (B, N), from commanded and achieved displacements."""
         tension = self.pretension + self.stiffness * (command - displacement)
+        tension = self._pulling_part(tension)
+        return np.where(self.intact, tension, 0.0) if self.own else tension
+
+    def _pulling_part(self, tension: FloatArray) -> FloatArray:
         return np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
+
+    def drag(
+        self,
+        rows: NDArray[np.intp],
+        command: FloatArray,
+        displacement: FloatArray,
+        wrapped: FloatArray,
+    ) -> FloatArray:
+        r"""Return the largest friction [N] between the tendons of some robots and their holes.
+
+        Euler and Eytelwein: a tendon of tension T that is pulled in over a bend of phi has
+        :math:`T e^{-\mu\varphi}` left after the angle :math:`\varphi`, on the mean of all angles
+        :math:`T (1 - e^{-\mu\phi})/(\mu\phi)`; the rest is friction.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+        command, displacement : ndarray, shape (R, N)
+            Of these robots [m].
+        wrapped : ndarray, shape (R, N)
+            The bend phi that each tendon passes [rad].
+
+        Returns
+        -------
+        ndarray, shape (R, N)
+        """
+        if self.friction is None:
+            return np.zeros_like(command)
+        tension = self.pretension[rows] + self.stiffness[rows] * (command - displacement)
+        pull = np.where(self.intact[rows], np.abs(self._pulling_part(tension)), 0.0)
+        grip = self.friction[rows, None] * wrapped
+        safe = np.maximum(grip, 1e-6)  # below, rounding would be all that is left
+        drag: FloatArray = pull * np.where(grip < safe, 0.5 * grip, 1.0 + np.expm1(-safe) / safe)
+        return drag
 
     def lengths(self, command: JointVector) -> FloatArray:
         """Return the commanded change of every tendon's length [m], shape (B, N)."""
@@ -186,7 +301,13 @@ class TendonSprings:
                 return False
         return True
 
-    def slack(self, start: JointVector, end: JointVector, gap: FloatArray) -> NDArray[np.bool_]:
+    def slack(
+        self,
+        start: JointVector,
+        end: JointVector,
+        gap: FloatArray,
+        rows: NDArray[np.intp] | None = None,
+    ) -> NDArray[np.bool_]:
         """Return which robots had a tendon that would have pushed after one of K time steps.
 
         The implicit integrator applies the tension at the end of each step, so that is what must
@@ -198,6 +319,8 @@ class TendonSprings:
             The drives before and after the K steps, of B robots.
         gap : ndarray, shape (B, K, 2S)
             Actual less commanded lengths of the virtual tendons at the end of every step [m].
+        rows : ndarray of int, optional
+            Which robots these are; all by default.
 
         Returns
         -------
@@ -205,7 +328,8 @@ class TendonSprings:
         """
         robot = self.robot
         batch, steps = gap.shape[:2]
-        gap = gap + self._folded_preload
+        stiffness, pretension, preload, offset = self._of(rows)
+        gap = gap + offset
         pairs = gap.reshape(batch, steps, robot.n_segments, 2)
         square = np.einsum("bksi,bksi->bks", pairs, pairs)
         off = [
@@ -217,23 +341,34 @@ class TendonSprings:
         # Enough for all tendons of a segment, at a cost that does not grow with their number.
         if taut and square.max() <= self._least_room:
             return result
-        room = self._preload
+        room = preload
         for part in off:
             if part is not None:
                 lowest = np.minimum.reduceat(part, self._first, axis=1)
-                room = np.minimum(room, self._preload + lowest)
+                room = np.minimum(room, preload + lowest)
         room = np.maximum(room, 0.0) / self._gain
         doubtful = ((square.max(1) > room * room) & self._pulling).any(1)
         if not doubtful.any():
             return result
-        rows = np.flatnonzero(doubtful)
-        folded = gap[rows].reshape(-1, gap.shape[-1])
+        picked = np.flatnonzero(doubtful)
+        folded = gap[picked].reshape(-1, gap.shape[-1])
         stretch = map_rows(map_rows(folded, self._unfold), robot.decoder.T)
-        stretch = stretch.reshape(len(rows), steps, -1)
+        stretch = stretch.reshape(len(picked), steps, -1)
         ramp = (np.arange(1, steps + 1) / steps)[:, None]
         for part, weight in zip(off, (1.0 - ramp, ramp), strict=True):
             if part is not None:
-                stretch = stretch + weight * part[rows, None, :]
-        tension = self.pretension + self.stiffness * stretch
-        result[rows] = (tension[:, :, self.pulls_only] < 0.0).any((1, 2))
+                stretch = stretch + weight * part[picked, None, :]
+        if self.own:
+            stiffness, pretension = stiffness[picked], pretension[picked]
+        tension = pretension + stiffness * stretch
+        result[picked] = (tension[:, :, self.pulls_only] < 0.0).any((1, 2))
         return result
+
+    def _of(self, rows: NDArray[np.intp] | None) -> tuple[FloatArray, ...]:
+        """Return stiffness, pretension, preload and folded preload for (R, K, ...) numbers."""
+        numbers = self.stiffness, self.pretension, self._preload, self._folded_preload
+        if not self.own:
+            return numbers
+        pick = slice(None) if rows is None else rows
+        stiffness, pretension, preload, offset = (one[pick] for one in numbers)
+        return stiffness[:, None], pretension[:, None], preload, offset[:, None]

@@ -8,26 +8,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import batch_space
 
 from clarke_gym.representations import Representation
 from clarke_gym.wrappers.codec import ActionCodec, ObservationCodec
-
-_VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
-
-
-class _Layer(gym.vector.VectorWrapper):
-    """A layer that shows everything of the environment that it does not change."""
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name == "env":
-            raise AttributeError(f"accessing private attribute {name!r} is prohibited")
-        return getattr(self.env, name)
+from clarke_gym.wrappers.vector.layer import Layer, VectorEnv
 
 
-class RepresentationAction(_Layer):
+class RepresentationAction(Layer):
     """Act in a representation of joint space.
 
     Parameters
@@ -43,7 +32,7 @@ class RepresentationAction(_Layer):
         If `env` is another environment, or the representation does not exist for its robot.
     """
 
-    def __init__(self, env: _VectorEnv, representation: str) -> None:
+    def __init__(self, env: VectorEnv, representation: str) -> None:
         super().__init__(env)
         self._codec = ActionCodec(env, representation, type(self).__name__)
         self.single_action_space = self._codec.space
@@ -59,7 +48,7 @@ class RepresentationAction(_Layer):
         return self.env.step(self._codec.decode(actions))
 
 
-class RepresentationObservation(_Layer):
+class RepresentationObservation(Layer):
     """Observe joint space in a representation.
 
     Parameters
@@ -75,7 +64,7 @@ class RepresentationObservation(_Layer):
         If `env` is another environment, or the representation does not exist for its robot.
     """
 
-    def __init__(self, env: _VectorEnv, representation: str) -> None:
+    def __init__(self, env: VectorEnv, representation: str) -> None:
         super().__init__(env)
         self._codec = ObservationCodec(env, representation, type(self).__name__)
         self.single_observation_space = self._codec.space(env.single_observation_space)
@@ -105,12 +94,12 @@ class RepresentationObservation(_Layer):
 class ClarkeAction(RepresentationAction):
     """Act in Clarke coordinates: two numbers a segment, whatever the number of tendons."""
 
-    def __init__(self, env: _VectorEnv) -> None:
+    def __init__(self, env: VectorEnv) -> None:
         super().__init__(env, "clarke")
 
 
 class ClarkeObservation(RepresentationObservation):
     """Observe joint space in Clarke coordinates: two numbers a segment and joint block."""
 
-    def __init__(self, env: _VectorEnv) -> None:
+    def __init__(self, env: VectorEnv) -> None:
         super().__init__(env, "clarke")

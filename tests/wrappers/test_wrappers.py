@@ -1,0 +1,170 @@
+"""Noise, delays and history: scalar and vector to the bit, seeded, in every autoreset mode."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.wrappers import DelayObservation, FrameStackObservation
+
+import clarke_gym  # noqa: F401  (registers the environments)
+from clarke_gym import wrappers
+from clarke_gym.wrappers import vector
+
+ID = "clarke_gym/Reach-v0"
+KEYWORDS = {"n_tendons": 5, "representation": "clarke", "episode_steps": 7}
+WRAPPERS = {
+    "noise": (wrappers.NoisyObservation, vector.NoisyObservation, {"deviation": 0.05}),
+    "noise of a sensor": (
+        wrappers.NoisyObservation,
+        vector.NoisyObservation,
+        {"deviation": 0.05, "sensors": "tip_position+displacement"},
+    ),
+    "late action": (wrappers.DelayedAction, vector.DelayedAction, {"delay": 2}),
+    "late observation": (DelayObservation, vector.DelayObservation, {"delay": 2}),
+    "history": (FrameStackObservation, vector.FrameStackObservation, {"stack_size": 3}),
+    "history of zeros": (
+        FrameStackObservation,
+        vector.FrameStackObservation,
+        {"stack_size": 3, "padding_type": "zero"},
+    ),
+}
+
+
+def equal(one, other):
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name])
+        return
+    np.testing.assert_array_equal(one, other)
+
+
+def row_of(batch, row):
+    return {k: v[row] for k, v in batch.items()} if isinstance(batch, dict) else batch[row]
+
+
+@pytest.mark.parametrize("goal_env", [False, True], ids=["box", "goal"])
+@pytest.mark.parametrize("mode", ["next_step", "same_step", "disabled"])
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_a_twin_is_the_scalar_wrapper_to_the_bit(name, mode, goal_env):
+    scalar, twin, keywords = WRAPPERS[name]
+    made = {**KEYWORDS, "goal_env": goal_env}
+    envs = twin(gym.make_vec(ID, num_envs=3, autoreset_mode=mode, **made), **keywords)
+    alone = [scalar(gym.make(ID, **made), **keywords) for _ in range(3)]
+    many = envs.reset(seed=4)[0]
+    # Episodes of one environment are shorter from the start: not all begin at once.
+    shown = [env.reset(seed=4 + row)[0] for row, env in enumerate(alone)]
+    if mode == "disabled":  # the middle one begins once more
+        envs.step(np.zeros((3, 2), np.float32))
+        for row, env in enumerate(alone):
+            shown[row] = env.step(np.zeros(2, np.float32))[0]
+        many = envs.reset(options={"reset_mask": np.array([False, True, False])})[0]
+        shown[1] = alone[1].reset()[0]
+    ended = np.zeros(3, bool)
+    rng = np.random.default_rng(0)
+    for _ in range(25):
+        for row in range(3):
+            equal(row_of(many, row), shown[row])
+        assert envs.observation_space.contains(many)
+        kept = {k: v.copy() for k, v in many.items()} if goal_env else many.copy()
+        before = many
+        actions = rng.uniform(-1, 1, (3, 2)).astype(np.float32)
+        many, reward, _, truncated, info = envs.step(actions)
+        equal(before, kept)  # nobody writes to what was returned
+        now = np.zeros(3, bool)
+        for row, env in enumerate(alone):
+            if mode == "next_step" and ended[row]:
+                shown[row] = env.reset()[0]
+                continue
+            shown[row], own, _, now[row], _ = env.step(actions[row])
+            assert own == reward[row]
+            if mode == "same_step" and now[row]:
+                equal(info["final_obs"][row], shown[row])
+                shown[row] = env.reset()[0]
+        np.testing.assert_array_equal(truncated, now)
+        ended = now
+        if mode == "disabled" and ended.any():
+            many = envs.reset(options={"reset_mask": ended})[0]
+            for row in np.flatnonzero(ended):
+                shown[row] = alone[row].reset()[0]
+
+
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_a_seed_repeats_and_specs_round_trip(name):
+    scalar, _, keywords = WRAPPERS[name]
+    env = scalar(gym.make(ID, **KEYWORDS), **keywords)
+    again = gym.make(gym.envs.registration.EnvSpec.from_json(env.spec.to_json()))
+    traces = []
+    for one in (env, env, again):
+        trace = [one.reset(seed=3)[0]]
+        trace += [one.step(np.float32([0.7, -0.2]))[0] for _ in range(5)]
+        traces.append(np.array(trace))
+    np.testing.assert_array_equal(traces[0], traces[1])
+    np.testing.assert_array_equal(traces[0], traces[2])
+    other = env.reset(seed=8)[0]
+    assert name == "late observation" or not np.array_equal(other, traces[0][0])
+
+
+def test_noise_has_the_deviation_that_was_asked_for_and_goals_stay():
+    envs = gym.make_vec(ID, num_envs=64, n_tendons=3, goal_env=True, sensors="tip_position")
+    noisy = vector.NoisyObservation(envs, 0.01)
+    told, true = [], []
+    noisy.reset(seed=0)
+    for _ in range(40):
+        seen = noisy.step(np.zeros((64, 3), np.float32))[0]
+        told.append(seen["observation"])
+        true.append(envs.unwrapped._core.observe())
+        equal(seen["achieved_goal"], true[-1]["achieved_goal"])
+        equal(seen["desired_goal"], true[-1]["desired_goal"])
+    gap = np.array(told) - np.array([one["observation"] for one in true])
+    inside = gap[..., :2]  # the tip's height is at its bound
+    assert inside.std() == pytest.approx(0.01, rel=0.05)
+    assert abs(inside.mean()) < 4 * 0.01 / np.sqrt(inside.size)
+    flat = inside.reshape(40, -1)
+    assert abs(np.mean(flat[1:] * flat[:-1])) < 4 * 0.01**2 / np.sqrt(flat.size)  # white
+
+
+@pytest.mark.parametrize("action", [[0.1, 0.1, np.nan], [0.1], 0.1])
+def test_a_late_action_is_checked_when_it_is_given(action):
+    env = wrappers.DelayedAction(gym.make(ID), 2)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="actions must be finite"):
+        env.step(np.float32(action))
+
+
+def test_wrappers_stack_and_rewards_are_asked_of_them():
+    env = gym.make(ID, goal_env=True, **KEYWORDS)
+    env = wrappers.DelayedAction(wrappers.NoisyObservation(env, 0.01), 1)
+    seen = env.reset(seed=0)[0]
+    seen, reward, *_ = env.step(np.float32([0.1, 0.2]))
+    assert env.compute_reward(seen["achieved_goal"], seen["desired_goal"], {}) == reward
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "message"),
+    [
+        (lambda env: wrappers.NoisyObservation(env, -1.0), ValueError, "deviation"),
+        (lambda env: wrappers.NoisyObservation(env, 0.1, "tipp"), ValueError, "tipp"),
+        (lambda env: wrappers.DelayedAction(env, -1), ValueError, "delay"),
+        (lambda env: wrappers.DelayedAction(env, 1.5), ValueError, "delay"),
+        (
+            lambda env: wrappers.DelayedAction(gym.make(ID, control="absolute"), 1),
+            ValueError,
+            "increment.*command_delay",
+        ),
+        (
+            lambda env: vector.FrameStackObservation(gym.make_vec(ID, num_envs=1), 0),
+            ValueError,
+            "stack_size",
+        ),
+        (
+            lambda env: vector.FrameStackObservation(
+                gym.make_vec(ID, num_envs=1), 2, padding_type="x"
+            ),
+            ValueError,
+            "padding_type",
+        ),
+    ],
+)
+def test_mistakes_are_named(make, error, message):
+    with pytest.raises(error, match=message):
+        make(gym.make(ID))
