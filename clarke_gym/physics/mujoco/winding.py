@@ -52,6 +52,14 @@ def wound_maps(chain: Chain, robot: Robot, turn_rad: FloatArray) -> FloatArray:
     -------
     ndarray, shape (R, 2S, nq)
         [m/rad].
+
+    Examples
+    --------
+    >>> from clarke_gym.physics.mujoco.model import PROFILES, build_chain
+    >>> chain = build_chain(Robot(), PROFILES["fast"])
+    >>> parallel, wound = wound_maps(chain, Robot(), np.array([0.0, np.pi]))
+    >>> np.allclose(parallel, Robot().pitch_radii[0] * chain.bending_sum)
+    True
     """
     starts = np.concatenate([[0.0], np.cumsum(robot.lengths)])
     stations = chain.stations[chain.model.jnt_bodyid]
@@ -76,6 +84,14 @@ def wound_wraps(model: mujoco.MjModel, lengths: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (R, nwrap)
+
+    Examples
+    --------
+    >>> from clarke_gym.physics.mujoco.model import PROFILES, build_chain
+    >>> chain = build_chain(Robot(), PROFILES["fast"], folded=False, winding=True)
+    >>> lengths = np.zeros((1, chain.model.ntendon, chain.model.nq))
+    >>> wound_wraps(chain.model, lengths).shape == (1, chain.model.nwrap)
+    True
     """
     tendon = np.repeat(np.arange(model.ntendon), model.tendon_num)
     return lengths[:, tendon, model.jnt_qposadr[model.wrap_objid]]
