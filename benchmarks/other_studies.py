@@ -73,7 +73,15 @@ def trials() -> dict[str, np.ndarray]:
 def tuning_table() -> str:
     """Return what tuning found for each arm, and the winners on seeds of their own."""
     scores, tried = runs("tuned"), trials()
-    rows = [["arm", "trials: best, median, worst AUC", "winner's AUC", "raw minus Clarke", "steps"]]
+    rows = [
+        [
+            "arm",
+            "trials: best, median, worst AUC",
+            "winner's AUC",
+            "raw minus Clarke",
+            "steps / Clarke's",
+        ]
+    ]
     for (task, arm), found in scores.items():
         values = tried[f"{arm}_{task.replace(' ', '').replace('=', '')}"]
         spread = [number(float(v), 3) for v in (values.max(), np.median(values), values.min())]
@@ -96,7 +104,9 @@ def arms_table(study: str, baseline: str, names: dict[str, str]) -> str:
     values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
     p = dict(zip(others, map(float, holm(values)), strict=True))
     several = len({task for task, _ in scores}) > 1
-    rows = [["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps", "last five", "error, mm"]]
+    rows = [
+        ["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps ratio", "last five", "error, mm"]
+    ]
     for (task, arm), found in scores.items():
         row = [f"{names.get(arm, arm)}, {task}" if several else names.get(arm, arm)]
         row.append(with_interval(iqm_t(found.auc), 3))
@@ -147,6 +157,10 @@ def other_words() -> dict[str, str]:
         key = task.replace(" = ", "_")
         found[f"tuned_gap_{key}"] = signed(_difference(*pair))
         found[f"tuned_steps_{key}"] = with_interval(mean_ratio_t(pair[0].steps, pair[1].steps))
+    caps = runs("repair_mujoco")
+    for arm in ("projected", "repaired", "clarke"):
+        pair = [caps["cap 0.2 mm", name] for name in (arm, "raw")]
+        found[f"mujoco_{arm}"] = signed(_difference(*pair))
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")
         found[f"segments_{name}_last"] = with_interval(iqm_t(scores.last_success), 2)
