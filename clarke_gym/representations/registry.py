@@ -16,7 +16,8 @@ name                k     coordinates of one segment with n tendons
 ``random_basis``    2     a fixed basis of the manifold with condition number 10
 ``arc_polar``       2     curvature and bending-plane angle: singular when straight
 ``clarke_bends``    2     Clarke coordinates of a segment's own bend, without what its tendons
-                          follow of the segments that they pass
+                          follow of the segments that they pass; alone a distal one
+                          cannot ask for full speed
 ``clarke_common``   3     Clarke coordinates and the common mode (co-contraction)
 ``antagonistic``    2     half differences of opposite tendons; n = 4 only
 published names     2     Clarke in the axes of `clarke_gym.clarke.parametrisations`, e.g.

@@ -35,7 +35,7 @@ def test_every_held_out_goal_is_reached_whatever_the_number_of_tendons(n, segmen
     assert found.max() < 1.0
 
 
-NARROW = ("random_basis", "modal")
+NARROW = ("random_basis", "modal", "clarke_bends")
 """Representations whose box cannot ask for full speed in every direction."""
 
 
