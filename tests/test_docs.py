@@ -92,3 +92,10 @@ def test_the_page_of_planning_is_what_its_data_say():
     from benchmarks import planning
 
     assert planning.PAGE.read_text() == planning.page(json.loads(planning.DATA.read_text()))
+
+
+def test_the_reference_lists_every_module_once():
+    pages = sorted((DOCS / "reference").glob("*.md"))
+    modules = re.findall(r"automodule:: (\S+)", "".join(page.read_text() for page in pages))
+    assert modules
+    assert len(set(modules)) == len(modules)
