@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from agents.reporting.bootstrap import Array, Interval
 from agents.reporting.committed import load_committed
+from agents.reporting.results import Study
 from agents.reporting.statistics import auc
 from agents.reporting.survival import first_crossing
 from agents.reporting.tables import markdown
@@ -28,9 +30,15 @@ class Runs:
 
 
 @cache
+def committed(study: str) -> Study:
+    """Return a study of docs/results."""
+    return load_committed(DOCS / "results" / study)
+
+
+@cache
 def runs(study: str) -> dict[tuple[str, str], Runs]:
     """Return the scores of a committed study by (task, arm)."""
-    loaded = load_committed(DOCS / "results" / study)
+    loaded = committed(study)
     found = {}
     for arm in loaded.arms:
         if not arm.done:
@@ -50,12 +58,12 @@ def runs(study: str) -> dict[tuple[str, str], Runs]:
 
 def registered(study: str) -> str:
     """Return the first digits of the hash of what was preregistered."""
-    return load_committed(DOCS / "results" / study).registered[:12]
+    return committed(study).registered[:12]
 
 
-def seeds(arms: dict[str, Runs]) -> str:
+def seeds(arms: Iterable[Runs]) -> str:
     """Return the number of seeds an arm, a range where it differs."""
-    counts = sorted({len(scores.auc) for scores in arms.values()})
+    counts = sorted({len(scores.auc) for scores in arms})
     return str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
 
 

@@ -73,11 +73,10 @@ def main() -> None:
         first, last = (gave_way(robot, share, 0.0, 40) for share in (0.0, 1.0))
         cut.append(first)
         parts.append(f"| {count} | {1e3 * first:.3f} | {100.0 * (last / first - 1.0):+.2f} % |")
-    rubbing = []
+    robot, rubbing = make_robot(n_tendons=4), []
     for friction in FRICTION:
         cells = []
         for bend in (0.0, 1.0):
-            robot = make_robot(n_tendons=4)
             first, last = (gave_way(robot, share, bend, 40, friction) for share in (0.0, 1.0))
             cells.append(f"{1e3 * first:.3f} | {100.0 * (last / first - 1.0):+.2f} %")
         rubbing.append(f"| {friction:g} | " + " | ".join(cells) + " |")

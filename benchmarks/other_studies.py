@@ -7,13 +7,13 @@ from collections import defaultdict
 
 import numpy as np
 
-from agents.reporting.bootstrap import Interval
-from agents.reporting.small_samples import iqm_combination_t, iqm_t, mean_ratio_t
+from agents.reporting.small_samples import iqm_difference_t, iqm_t, mean_ratio_t
 from agents.reporting.statistics import holm, iqm, welch_p
 from agents.reporting.wording import number, with_interval
 from benchmarks.committed_scores import (
     DOCS,
     Runs,
+    committed,
     p_text,
     plain_table,
     registered,
@@ -25,21 +25,18 @@ from benchmarks.committed_scores import (
 TRIALS = DOCS / "results" / "tuned" / "tuning.csv"
 
 
-def _difference(ours: Runs, theirs: Runs) -> Interval:
-    return iqm_combination_t([ours.auc, theirs.auc], [1.0, -1.0])
-
-
-def _count(study: str) -> str:
-    return seeds({f"{task} {arm}": scores for (task, arm), scores in runs(study).items()})
+def _gap(ours: Runs, theirs: Runs) -> str:
+    """Return a difference in AUC with its interval."""
+    return signed(iqm_difference_t(ours.auc, theirs.auc))
 
 
 # --- initial noise ----------------------------------------------------------------------------
 
 
-def best_noise(arm: str) -> tuple[str, Runs]:
-    """Return the initial noise at which an arm's AUC is highest, and its runs there."""
-    scores = {task: found for (task, name), found in runs("noise").items() if name == arm}
-    return max(scores.items(), key=lambda item: float(iqm(item[1].auc)))
+def at_best_noise(arm: str) -> Runs:
+    """Return the runs of an arm with the initial noise at which its AUC is highest."""
+    scores = [found for (_, name), found in runs("noise").items() if name == arm]
+    return max(scores, key=lambda found: float(iqm(found.auc)))
 
 
 def noise_table() -> str:
@@ -50,8 +47,8 @@ def noise_table() -> str:
     rows = [["log of the initial noise", *levels, "best minus Clarke's best"]]
     for arm in arms:
         values = [number(float(iqm(scores[level, arm].auc)), 3) for level in levels]
-        best = _difference(best_noise(arm)[1], best_noise("clarke")[1])
-        rows.append([arm, *values, "" if arm == "clarke" else signed(best)])
+        best = _gap(at_best_noise(arm), at_best_noise("clarke"))
+        rows.append([arm, *values, "" if arm == "clarke" else best])
     return plain_table(rows)
 
 
@@ -73,6 +70,7 @@ def trials() -> dict[str, np.ndarray]:
 def tuning_table() -> str:
     """Return what tuning found for each arm, and the winners on seeds of their own."""
     scores, tried = runs("tuned"), trials()
+    folders = {(arm.task, arm.representation): arm.name for arm in committed("tuned").arms}
     rows = [
         [
             "arm",
@@ -83,14 +81,13 @@ def tuning_table() -> str:
         ]
     ]
     for (task, arm), found in scores.items():
-        values = tried[f"{arm}_{task.replace(' ', '').replace('=', '')}"]
+        values = tried[folders[task, arm]]
         spread = [number(float(v), 3) for v in (values.max(), np.median(values), values.min())]
         row = [f"{arm}, {task}", ", ".join(spread), with_interval(iqm_t(found.auc), 3)]
         clarke = scores[task, "clarke"]
-        gap, ratio = _difference(found, clarke), mean_ratio_t(found.steps, clarke.steps)
-        rows.append(
-            [*row, *(["", "1"] if arm == "clarke" else [signed(gap), with_interval(ratio)])]
-        )
+        ratio = mean_ratio_t(found.steps, clarke.steps)
+        own = ["", "1"] if arm == "clarke" else [_gap(found, clarke), with_interval(ratio)]
+        rows.append([*row, *own])
     return plain_table(rows)
 
 
@@ -115,7 +112,7 @@ def arms_table(study: str, baseline: str, names: dict[str, str]) -> str:
         else:
             against = scores[task, baseline]
             ratio = mean_ratio_t(found.steps, against.steps)
-            row += [signed(_difference(found, against)), p_text(p[task, arm]), with_interval(ratio)]
+            row += [_gap(found, against), p_text(p[task, arm]), with_interval(ratio)]
         row.append(with_interval(iqm_t(found.last_success), 2))
         rows.append([*row, number(float(iqm(found.final_error_mm)))])
     return plain_table(rows)
@@ -136,37 +133,34 @@ SEGMENT_ARMS = {
 
 def other_words() -> dict[str, str]:
     """Return what the template's {names} of these studies stand for."""
-    best = {arm: best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}
+    best = {arm: at_best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}
     found = {
-        "noise_seeds": _count("noise"),
+        "noise_seeds": seeds(runs("noise").values()),
         "noise_registered": registered("noise"),
         "noise_table": noise_table(),
-        "noise_raw_11": signed(_difference(best["raw n = 11"][1], best["clarke"][1])),
-        "noise_raw_3": signed(_difference(best["raw n = 3"][1], best["clarke"][1])),
-        "tuned_seeds": _count("tuned"),
+        "noise_raw_11": _gap(best["raw n = 11"], best["clarke"]),
+        "noise_raw_3": _gap(best["raw n = 3"], best["clarke"]),
+        "tuned_seeds": seeds(runs("tuned").values()),
         "tuning_table": tuning_table(),
-        "mujoco_seeds": _count("repair_mujoco"),
+        "mujoco_seeds": seeds(runs("repair_mujoco").values()),
         "mujoco_registered": registered("repair_mujoco"),
         "mujoco_table": arms_table("repair_mujoco", "raw", {}),
-        "segments_seeds": _count("two_segments"),
+        "segments_seeds": seeds(runs("two_segments").values()),
         "segments_registered": registered("two_segments"),
         "segments_table": arms_table("two_segments", "clarke", SEGMENT_ARMS),
     }
     for task in ("n = 3", "n = 11"):
         pair = [runs("tuned")[task, arm] for arm in ("raw", "clarke")]
         key = task.replace(" = ", "_")
-        found[f"tuned_gap_{key}"] = signed(_difference(*pair))
+        found[f"tuned_gap_{key}"] = _gap(*pair)
         found[f"tuned_steps_{key}"] = with_interval(mean_ratio_t(pair[0].steps, pair[1].steps))
     caps = runs("repair_mujoco")
     for arm in ("projected", "repaired", "clarke"):
-        pair = [caps["cap 0.2 mm", name] for name in (arm, "raw")]
-        found[f"mujoco_{arm}"] = signed(_difference(*pair))
+        found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
+    clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")
-        found[f"segments_{name}_last"] = with_interval(iqm_t(scores.last_success), 2)
-        if arm != "clarke":
-            clarke = runs("two_segments")["2 segments", "clarke"]
-            found[f"segments_{name}_auc"] = signed(_difference(scores, clarke))
-            late = iqm_combination_t([scores.last_success, clarke.last_success], [1.0, -1.0])
-            found[f"segments_{name}_late"] = with_interval(late, 2, sign=True)
+        found[f"segments_{name}_auc"] = _gap(scores, clarke)
+        late = iqm_difference_t(scores.last_success, clarke.last_success)
+        found[f"segments_{name}_late"] = with_interval(late, 2, sign=True)
     return found

@@ -58,10 +58,10 @@ def results(
 ) -> FloatArray:
     """Return success rate and median tip error [mm] of each finished run, shape (runs, 2)."""
     rows = []
+    if adapted:
+        keywords = keywords | {"representation": "clarke"}
     for run, _ in arm.done:
         config = load_config(TrainConfig, run.path / "config.yaml")
-        if adapted:
-            keywords |= {"representation": "clarke"}
         settings = EnvSettings(id=config.env.id, kwargs=config.env.kwargs | keywords)
         evaluation = HeldOutEvaluation(settings, goals)
         agent = load_agent(run.path, config, "policy", evaluation.env)

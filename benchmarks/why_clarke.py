@@ -308,7 +308,7 @@ def words() -> dict[str, str]:
     p = adjusted()
     gap = effect("clarke", "raw")
     found = {
-        "seeds": seeds(arms),
+        "seeds": seeds(arms.values()),
         "registered": registered("mechanism"),
         "raw_auc": number(float(iqm(arms["raw"].auc)), 3),
         "clarke_auc": number(float(iqm(arms["clarke"].auc)), 3),
@@ -340,10 +340,9 @@ def words() -> dict[str, str]:
 
 def scaling_words() -> dict[str, str]:
     """Return what the law over n adds."""
-    scores = {f"{t} {a}": r for (t, a), r in runs("scaling").items()}
     law, fits = best_law(), {entry.name: entry for entry in laws()}
     return {
-        "scaling_seeds": seeds(scores),
+        "scaling_seeds": seeds(runs("scaling").values()),
         "scaling_registered": registered("scaling"),
         "scaling_table": scaling_table(),
         "power": with_interval(fits["power"].parameter),

@@ -62,7 +62,7 @@ def waterfall() -> Figure:
     ax.set_ylim(len(names) - 0.4, -0.6)
     low = min(start, level)
     ax.set_xlim(low - 0.04, max(level, start) + 0.05)
-    note = f"n = 11, {seeds(arms)} seeds an arm, lines: 95 % interval of the change"
+    note = f"n = 11, {seeds(arms.values())} seeds an arm, lines: 95 % interval of the change"
     ax.set_xlabel(f"AUC of success ({note})")
     ax.set_title("What the gap is made of, one change after the other", loc="left")
     return figure

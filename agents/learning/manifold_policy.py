@@ -194,6 +194,8 @@ class ManifoldPolicy(ActorCriticPolicy):
         Keyword arguments of `ManifoldGaussian`.
     """
 
+    action_dist: ManifoldGaussian
+
     def __init__(self, *args: Any, manifold: dict[str, Any], **kwargs: Any) -> None:
         self._manifold = manifold
         super().__init__(*args, **kwargs)

@@ -33,20 +33,23 @@ def _shape(space: spaces.Space[Any]) -> Any:
 
 def write_policy(folder: Path, config: TrainConfig, model: BaseAlgorithm) -> None:
     """Write a model's policy into ``policy/`` of a run folder."""
+    from agents.learning.manifold_policy import ManifoldPolicy
+
     (folder / FOLDER).mkdir(exist_ok=True)
+    policy: Any = model.policy
     about = {
         "format": 1,
         "algorithm": config.algo.name,
-        "policy_class": type(model.policy).__name__,
+        "policy_class": type(policy).__name__,
         "settings": config.algo.model_dump(mode="json"),
-        "output_gain": float(getattr(getattr(model.policy, "action_dist", None), "gain", 1.0)),
+        "output_gain": policy.action_dist.gain if isinstance(policy, ManifoldPolicy) else 1.0,
         "env": config.env.model_dump(mode="json"),
         "observation_space": _shape(model.observation_space),
         "action_space": _shape(model.action_space),
         "env_steps": model.num_timesteps,
         "seed": config.seed,
     }
-    tensors = {name: t.detach().clone() for name, t in model.policy.state_dict().items()}
+    tensors = {name: t.detach().clone() for name, t in policy.state_dict().items()}
     files.write_bytes(folder / TENSORS, safetensors.torch.save(tensors))
     files.write_text(folder / ABOUT, json.dumps(about, indent=2) + "\n")
 

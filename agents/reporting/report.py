@@ -18,6 +18,7 @@ from agents.reporting.methods import methods
 from agents.reporting.results import ResultsError, Study
 from agents.reporting.summary import Summary, summarise
 from agents.reporting.tables import (
+    Rows,
     arm_table,
     comparison_table,
     csv_text,
@@ -82,6 +83,14 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
 )
 
 
+def _tables(summary: Summary) -> list[Rows]:
+    """Return the tables of results that a study has."""
+    tables = [arm_table(summary)]
+    tables += [comparison_table(summary)] if summary.comparisons else []
+    tables += [trend_table(summary)] if summary.trends else []
+    return tables
+
+
 def _markdown(summary: Summary) -> str:
     """Tables with the answer above and the reporting block below."""
     study = summary.study
@@ -92,19 +101,14 @@ def _markdown(summary: Summary) -> str:
     answers = (f"{row.task}: {answer(row, study.threshold, budget)}" for row in rows)
     parts += [f"- {plain(text)}" for text in answers]
     parts += [f"> {plain(text)}" for text in warnings(summary)]
-    parts += [markdown(arm_table(summary))]
-    parts += [markdown(comparison_table(summary))] if summary.comparisons else []
-    parts += [markdown(trend_table(summary))] if summary.trends else []
+    parts += map(markdown, _tables(summary))
     parts += [markdown([["Reporting", ""], *map(list, reporting_block(summary).items())])]
     return "\n\n".join(parts) + "\n"
 
 
 def _latex(summary: Summary) -> str:
     """Return the tables for a paper that uses booktabs, one after the other."""
-    tables = [arm_table(summary)]
-    tables += [comparison_table(summary)] if summary.comparisons else []
-    tables += [trend_table(summary)] if summary.trends else []
-    return "\n\n".join(map(latex, tables)) + "\n"
+    return "\n\n".join(map(latex, _tables(summary))) + "\n"
 
 
 def write_report(

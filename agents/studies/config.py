@@ -120,8 +120,8 @@ def factorial(factors: Any, data: dict[str, Any]) -> list[dict[str, Any]]:
     for levels in product(*(factor.items() for factor in factors.values())):
         arm: dict[str, Any] = {"label": " x ".join(str(label) for label, _ in levels)}
         for label, changes in levels:
-            known = {"env", "algo"}
-            if not isinstance(changes, dict) or not {*changes} <= known:
+            plain = isinstance(changes, dict) and {*changes} <= {"env", "algo"}
+            if not plain or not all(isinstance(part, dict) for part in changes.values()):
                 raise ValueError(f"level {label!r} must change env or algo, got {changes!r}")
             for part, settings in changes.items():
                 into = arm.setdefault(part, {})

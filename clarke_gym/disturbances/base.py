@@ -96,6 +96,14 @@ class Disturbance:
         return getattr(type(self), hook) is not getattr(Disturbance, hook)
 
 
+class Simulated(Disturbance):
+    """Physical numbers of a robot that MuJoCo alone has, drawn for every episode."""
+
+    physics: ClassVar[tuple[str, ...]] = ("mujoco",)
+    numbers: ClassVar[int] = 1
+    hidden: ClassVar[int] = 1
+
+
 DISTURBANCES: Registry[Any] = Registry("disturbance")
 """Disturbances by name."""
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clarke_gym.disturbances.base import Disturbance, register_disturbance
+from clarke_gym.disturbances.base import Simulated, register_disturbance
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.noise import directions, uniforms
 
@@ -31,14 +31,8 @@ LESS_DAMPED = 0.5
 """Largest difference of its damping, likewise."""
 
 
-class _Body(Disturbance):
-    physics: ClassVar[tuple[str, ...]] = ("mujoco",)
-    numbers: ClassVar[int] = 1
-    hidden: ClassVar[int] = 1
-
-
 @register_disturbance("payload")
-class Payload(_Body):
+class Payload(Simulated):
     """A point mass at the tip, up to 10 g, drawn for every episode."""
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
@@ -47,7 +41,7 @@ class Payload(_Body):
 
 
 @register_disturbance("backbone_stiffness")
-class BackboneStiffness(_Body):
+class BackboneStiffness(Simulated):
     """The backbone is up to 30 % softer or stiffer, drawn for every episode."""
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
@@ -56,7 +50,7 @@ class BackboneStiffness(_Body):
 
 
 @register_disturbance("damping")
-class Damping(_Body):
+class Damping(Simulated):
     """The backbone is damped up to 50 % less or more, drawn for every episode."""
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
@@ -65,7 +59,7 @@ class Damping(_Body):
 
 
 @register_disturbance("base_tilt")
-class BaseTilt(_Body):
+class BaseTilt(Simulated):
     """The base is mounted up to 20 degrees off, in a direction drawn for every episode."""
 
     numbers: ClassVar[int] = 2
@@ -80,7 +74,7 @@ class BaseTilt(_Body):
 
 
 @register_disturbance("push")
-class Push(_Body):
+class Push(Simulated):
     """Pushes on the tip, up to 0.1 N in any direction, for 0.2 s every 0.8 s at most."""
 
     hidden: ClassVar[int] = 0

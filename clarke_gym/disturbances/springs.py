@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
-from clarke_gym.disturbances.base import Disturbance, register_disturbance
+from clarke_gym.disturbances.base import Simulated, register_disturbance
 from clarke_gym.disturbances.drives import MOST_FRICTION
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.statics import taut_gain
@@ -21,14 +20,8 @@ MOST_LOST = 1.0
 """Largest share of the pretension that is lost; the identified robot has lost 0.77 to all of it."""
 
 
-class _Springs(Disturbance):
-    physics: ClassVar[tuple[str, ...]] = ("mujoco",)
-    numbers: ClassVar[int] = 1
-    hidden: ClassVar[int] = 1
-
-
 @register_disturbance("tendon_stiffness")
-class TendonStiffness(_Springs):
+class TendonStiffness(Simulated):
     r"""Tendons and transmission give, up to a stiffness ratio of 0.3, drawn for every episode.
 
     Of what they are told, taut tendons bend a segment by :math:`1/(1 + a)`, with the ratio
@@ -48,7 +41,7 @@ class TendonStiffness(_Springs):
 
 
 @register_disturbance("pretension")
-class Pretension(_Springs):
+class Pretension(Simulated):
     """Tendons have lost up to all of their pretension, drawn for every episode."""
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
@@ -58,7 +51,7 @@ class Pretension(_Springs):
 
 
 @register_disturbance("capstan")
-class Capstan(_Springs):
+class Capstan(Simulated):
     r"""Capstan friction in the tendons: it grows with their tension, drawn for every episode.
 
     Euler and Eytelwein's :math:`T e^{-\mu\varphi}` is what a tension T has left where a tendon that

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.disturbances.base import Disturbance, register_disturbance
+from clarke_gym.disturbances.base import Disturbance, Simulated, register_disturbance
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.robots.robot import Robot
 
@@ -119,15 +119,7 @@ class UnequalRadii(_PerTendon):
         return np.broadcast_to(self.psi, numbers.shape), self.radii * (1.0 + away)
 
 
-class _Simulated(Disturbance):
-    """What MuJoCo's tendons are, where constant curvature has a map of commands."""
-
-    physics: ClassVar[tuple[str, ...]] = ("mujoco",)
-    numbers: ClassVar[int] = 1
-    hidden: ClassVar[int] = 1
-
-
-class _Wound(_Simulated):
+class _Wound(Simulated):
     name: ClassVar[str] = "helical"
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
@@ -184,7 +176,7 @@ class Helical(OtherLayout):
         return decoder
 
 
-class _Broken(_Simulated):
+class _Broken(Simulated):
     name: ClassVar[str] = "broken_tendon"
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:

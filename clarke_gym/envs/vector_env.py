@@ -17,7 +17,7 @@ from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.face import Face, check_options
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Many
-from clarke_gym.numerics.checks import check_count
+from clarke_gym.numerics.checks import check_count, check_seeds
 from clarke_gym.numerics.registry import nearest
 
 BoolArray = NDArray[np.bool_]
@@ -113,9 +113,10 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
         core = self._core
         if len(rows) < self.num_envs and not core.episode.begun:
             raise ResetNeeded("the first reset must be of all environments, without 'reset_mask'")
-        for index, value in zip(rows.tolist(), self._check_seed(seed)[mask], strict=True):
-            if value is not None or core.episode.generators[index] is None:
-                core.episode.seed(index, value)
+        seeds = check_seeds(seed, self.num_envs)
+        for index in rows.tolist():
+            if seeds[index] is not None or core.episode.generators[index] is None:
+                core.episode.seed(index, seeds[index])
         core.reset(rows, check_options(options, core.task.goal, len(rows)))
         self._done[rows] = False
         _, _, info = core.evaluate()
@@ -223,13 +224,3 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
                 f"True, got {mask!r}"
             )
         return mask
-
-    def _check_seed(self, seed: int | Sequence[int | None] | None) -> NDArray[Any]:
-        seeds: list[int | None]
-        if seed is None or isinstance(seed, int | np.integer):
-            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
-        else:
-            seeds = list(seed)
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"seed must hold {self.num_envs} entries, got {len(seeds)}")
-        return np.array(seeds, dtype=object)

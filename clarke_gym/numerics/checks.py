@@ -45,6 +45,29 @@ def check_count(name: str, value: int, least: int = 1, most: int | None = None) 
     return value
 
 
+def check_seeds(seed: int | Sequence[int | None] | None, size: int) -> list[int | None]:
+    """Return the seed of each of `size` environments: seed + i, or a sequence's own entries.
+
+    Raises
+    ------
+    ValueError
+        If a sequence has another length.
+
+    Examples
+    --------
+    >>> check_seeds(3, 2), check_seeds([1, None], 2), check_seeds(None, 2)
+    ([3, 4], [1, None], [None, None])
+    """
+    if seed is None:
+        return [None] * size
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + i for i in range(size)]
+    seeds = list(seed)
+    if len(seeds) != size:
+        raise ValueError(f"seed must hold {size} entries, got {len(seeds)}")
+    return seeds
+
+
 def is_positive(value: Any) -> bool:
     """Return whether something is a positive finite number."""
     number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)

@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.clarke.parametrisations import PARAMETRISATIONS, Parametrisation
 from clarke_gym.clarke.transform import layout_matrices
+from clarke_gym.kinematics.coupling import bending_to_clarke
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.checks import check_last_axis
 from clarke_gym.numerics.linear_map import block_diagonal, map_rows
@@ -385,13 +386,12 @@ def make_representation(name: str, robot: Robot) -> Representation:
 
 
 def _coupling(robot: Robot) -> FloatArray:
-    """Return the map from bends to Clarke coordinates of tendons, each over its range.
-
-    rho_bar_j = d_j (beta_1 + ... + beta_j), so that 1 on the diagonal would be a segment whose
-    tendons pass no other.
-    """
-    shares = np.tril(robot.max_bending / np.cumsum(robot.max_bending)[:, None])
-    return np.kron(shares, np.eye(2)).astype(np.float64)
+    """Return the map from bends to Clarke coordinates of tendons, each over its range."""
+    size = 2 * robot.n_segments
+    bends = np.eye(size).reshape(size, -1, 2) * robot.max_bending[:, None]
+    clarke = bending_to_clarke(bends, robot.pitch_radii) / robot.max_clarke[:, None]
+    coupling: FloatArray = clarke.reshape(size, size).T
+    return coupling
 
 
 def _checked(name: str, segment: Segment) -> LinearMaps:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -75,30 +74,6 @@ class Noise:
         self._count[rows] += 1
         told = observation + self._deviation * noise
         return np.clip(told, self._low, self._high).astype(observation.dtype)
-
-
-def seeds_of(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
-    """Return the seed of each environment: Gymnasium's rule.
-
-    Parameters
-    ----------
-    seed : int, sequence of int or None, or None
-    num_envs : int
-
-    Returns
-    -------
-    list
-
-    Examples
-    --------
-    >>> seeds_of(3, 2), seeds_of([1, None], 2), seeds_of(None, 2)
-    ([3, 4], [1, None], [None, None])
-    """
-    if seed is None:
-        return [None] * num_envs
-    if isinstance(seed, int | np.integer):
-        return [int(seed) + k for k in range(num_envs)]
-    return list(seed)
 
 
 class NoisyObservation(AsksRewards, gym.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):

@@ -148,18 +148,17 @@ class FoldedSteps:
 
     def _drag(self, rows: NDArray[np.intp], joints: FloatArray, start: JointVector) -> FloatArray:
         """Return the tendons' friction [N] (R, N) where a control step begins."""
-        robot, shape = self._springs.robot, self._engine.chain.shape
+        robot, (x, y, passes) = self._springs.robot, self._pieces
         told = start.rows(rows).joint(robot)
         reached = map_rows(self._displacements.clarke(joints, rows), robot.decoder.T)
-        # Each joint of two axes is a piece of backbone, and a bend that tendons wrap round.
-        pieces = [np.flatnonzero(column) for column in shape.T]
-        bends = [
-            np.hypot(joints[:, x], joints[:, y])
-            for x, y in zip(pieces[::2], pieces[1::2], strict=True)
-        ]
-        passes = [
-            np.tile(np.repeat(np.arange(robot.n_segments) >= k, robot.n_tendons), (len(part.T), 1))
-            for k, part in enumerate(bends)
-        ]
-        wrapped = map_rows(np.hstack(bends), np.vstack(passes).astype(np.float64))
+        wrapped = map_rows(np.hypot(joints[:, x], joints[:, y]), passes)
         return self._springs.drag(rows, told, reached, wrapped)
+
+    @cached_property
+    def _pieces(self) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+        """Joints x and y of every bend that tendons wrap round, and which tendons do (P, N)."""
+        robot, axes = self._springs.robot, [np.flatnonzero(c) for c in self._engine.chain.shape.T]
+        segments = np.arange(robot.n_segments)
+        here = np.repeat(segments, [len(x) for x in axes[::2]])
+        passes = np.repeat(segments, robot.n_tendons) >= here[:, None]
+        return np.concatenate(axes[::2]), np.concatenate(axes[1::2]), passes.astype(np.float64)

@@ -212,14 +212,17 @@ class TendonSprings:
         rows = np.ascontiguousarray(clarke, dtype=np.float64).reshape(len(clarke), -1)
         return map_rows(rows, self._shape.T) + self._shape_offset
 
-    def tension(self, command: FloatArray, displacement: FloatArray) -> FloatArray:
-        """Return the tensions [N], shape (B, N), from commanded and achieved displacements."""
-        tension = self.pretension + self.stiffness * (command - displacement)
-        tension = self._pulling_part(tension)
-        return np.where(self.intact, tension, 0.0) if self.own else tension
-
-    def _pulling_part(self, tension: FloatArray) -> FloatArray:
-        return np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
+    def tension(
+        self,
+        command: FloatArray,
+        displacement: FloatArray,
+        rows: NDArray[np.intp] | None = None,
+    ) -> FloatArray:
+        """Return the tensions [N], (R, N), of robots `rows` that told and reached displacements."""
+        pick = slice(None) if rows is None or not self.own else rows
+        tension = self.pretension[pick] + self.stiffness[pick] * (command - displacement)
+        tension = np.where(self.pulls_only, np.maximum(tension, 0.0), tension)
+        return np.where(self.intact[pick], tension, 0.0) if self.own else tension
 
     def drag(
         self,
@@ -248,8 +251,7 @@ class TendonSprings:
         """
         if self.friction is None:
             return np.zeros_like(command)
-        tension = self.pretension[rows] + self.stiffness[rows] * (command - displacement)
-        pull = np.where(self.intact[rows], np.abs(self._pulling_part(tension)), 0.0)
+        pull = np.abs(self.tension(command, displacement, rows))
         grip = self.friction[rows, None] * wrapped
         safe = np.maximum(grip, 1e-6)  # below, rounding would be all that is left
         drag: FloatArray = pull * np.where(grip < safe, 0.5 * grip, 1.0 + np.expm1(-safe) / safe)

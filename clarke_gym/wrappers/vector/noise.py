@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.wrappers.noise import Noise, seeds_of
+from clarke_gym.numerics.checks import check_seeds
+from clarke_gym.wrappers.noise import Noise
 from clarke_gym.wrappers.vector.layer import EpisodeLayer, VectorEnv, mapped
 
 
@@ -48,7 +49,7 @@ class NoisyObservation(EpisodeLayer):
         """Begin the noise of seeded environments anew."""
         if seed is None:
             return
-        for row, one in enumerate(seeds_of(seed, self.num_envs)):
+        for row, one in enumerate(check_seeds(seed, self.num_envs)):
             if rows[row] and one is not None:
                 self._noise.seed(row, one)
 

@@ -59,6 +59,7 @@ def test_latex_sets_the_tables(make_study, tmp_path):
     )
     command = ["pdflatex", "-halt-on-error", "paper.tex"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "paper.pdf").is_file()
 
 
 def test_the_paragraph_says_what_the_study_knows(make_study):

@@ -129,6 +129,7 @@ def test_a_factorial_study_has_every_combination_of_levels():
     [
         ({"a": SIGHT, "b": SIGHT}, "sets observation_representation by two factors"),
         ({"a": {"x": {"robot": 1}}}, "level 'x' must change env or algo"),
+        ({"a": {"x": {"env": None}}}, "level 'x' must change env or algo"),
         ({"a": {}}, "factors, each with levels"),
         (3, "factors, each with levels"),
     ],
