@@ -38,7 +38,7 @@ test-matrix: $(STAMP)  ## the wheel on every Python from 3.11 on this machine, l
 	@bash .ci/matrix
 
 attack: $(STAMP)  ## attacks on run folders in their long form, with figures (at most 30 minutes)
-	@ATTACK=long $(BIN)/python -m pytest tests/attack -s --durations=10
+	@ATTACK=long $(BIN)/python -m pytest tests/attack -n auto --dist worksteal --durations=10
 
 check: $(STAMP)  ## ruff, mypy and the rules of imports
 	@$(BIN)/ruff check .

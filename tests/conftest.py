@@ -28,3 +28,23 @@ def offscreen():
         rendering.Picture(make_robot(), 32, 32).close()
     except RuntimeError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def figure(record_property):
+    """Return a function that records a line for the end of the session, whichever process tests."""
+    return lambda text: record_property("figure", text)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Print the figures that tests have recorded."""
+    lines = [
+        text
+        for report in terminalreporter.getreports("passed")
+        if report.when == "call"
+        for name, text in report.user_properties
+        if name == "figure"
+    ]
+    if lines:
+        terminalreporter.section("figures")
+        terminalreporter.write_line("\n".join(sorted(lines)))

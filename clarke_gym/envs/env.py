@@ -51,7 +51,7 @@ class ContinuumRobotEnv(Face, gym.Env[Any, NDArray[np.float32]]):
         if seed is not None or episode.generators[0] is None:
             episode.seed(0, seed)
         self._share_generator()
-        core.reset(_ROW, check_options(options, core.task.goal, 1))
+        core.reset(_ROW, check_options(options, core.task.goal, 1, core.robot))
         _, _, info = core.evaluate()
         return core.observe(), {name: value[0] for name, value in info.items()}
 

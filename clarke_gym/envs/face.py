@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.observer import Blocks
+from clarke_gym.kinematics.poses import segment_pose
+from clarke_gym.kinematics.reachability import nearest_on_dome
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.physics.base import Physics
@@ -18,8 +20,9 @@ from clarke_gym.representations import Representation
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Goal, Task
 
-FARTHEST_GOAL = 1.05
-"""Farthest place of a goal that is taken, over the robot's length: a little more than its reach."""
+BEYOND_REACH = 0.05
+"""How far beyond reach a goal may lie, over the robot's length: points that somebody has measured
+on a real robot are never quite where a model's tip can be."""
 
 RENDER_MODES = ("rgb_array", "depth_array")
 """Modes of the environments themselves."""
@@ -150,7 +153,7 @@ class Face:
 
 
 def check_options(
-    options: dict[str, Any] | None, goal: Goal | None, rows: int
+    options: dict[str, Any] | None, goal: Goal | None, rows: int, robot: Robot
 ) -> FloatArray | None:
     """Return the goals given in reset options.
 
@@ -161,6 +164,7 @@ def check_options(
         The task's.
     rows : int
         Environments that are reset.
+    robot : Robot
 
     Returns
     -------
@@ -173,7 +177,7 @@ def check_options(
 
     Examples
     --------
-    >>> check_options({"goal": [0.0, 0.0, 0.2]}, Goal(("x", "y", "z"), "m", 0.2), 1)
+    >>> check_options({"goal": [0.0, 0.0, 0.2]}, Goal(("x", "y", "z"), "m", 0.2), 1, Robot())
     array([[0. , 0. , 0.2]])
     """
     if not options:
@@ -192,10 +196,35 @@ def check_options(
             f"options['goal'] must be finite with the shape ({size},) or ({rows}, {size}), got "
             f"{options['goal']!r}"
         )
-    points = (given / goal.observed_scale)[..., goal.positions]
-    farthest = float(np.linalg.norm(points, axis=-1).max(initial=0.0))
-    if farthest > FARTHEST_GOAL:
-        raise ValueError(
-            f"options['goal'] lies {farthest:.3g} lengths of the robot from its base, out of reach"
-        )
+    _check_reach(given, goal, robot)
     return np.broadcast_to(given, (rows, size))
+
+
+def _check_reach(given: FloatArray, goal: Goal, robot: Robot) -> None:
+    """Refuse goals that are out of reach.
+
+    The tip of one segment reaches a dome. What several reach has no closed form, but nothing that
+    is farther from the base than they are long.
+
+    Raises
+    ------
+    ValueError
+        With how far they are, and for one segment the nearest goal that can be reached.
+    """
+    points = (given / goal.observed_scale)[..., goal.positions]
+    dome = goal.is_position and robot.n_segments == 1
+    if dome:
+        bending, beyond = nearest_on_dome(points, 1.0, robot.segments[0].max_bending_rad)
+    else:
+        beyond = np.linalg.norm(points, axis=-1) - 1.0
+    farthest = float(beyond.max(initial=0.0))
+    if farthest <= BEYOND_REACH:
+        return
+    hint = ""
+    if dome:
+        tip = segment_pose(bending, robot.length_m)[0].reshape(-1, 3)[beyond.argmax()]
+        hint = f"; the nearest place that its tip reaches is {tip.round(4).tolist()} m"
+    raise ValueError(
+        f"options['goal'] lies out of reach by {farthest:.3g} lengths of the robot, at most "
+        f"{BEYOND_REACH:g} is taken{hint}"
+    )

@@ -117,7 +117,7 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
         for index in rows.tolist():
             if seeds[index] is not None or core.episode.generators[index] is None:
                 core.episode.seed(index, seeds[index])
-        core.reset(rows, check_options(options, core.task.goal, len(rows)))
+        core.reset(rows, check_options(options, core.task.goal, len(rows), core.robot))
         self._done[rows] = False
         _, _, info = core.evaluate()
         return core.observe(), self._masked(info, mask)

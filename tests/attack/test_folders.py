@@ -119,6 +119,23 @@ def test_a_report_replaces_its_own_files_only(make_finished, tmp_path):
     assert tree(out) == {"table.csv": b"mine"}
 
 
+@pytest.mark.parametrize("name", ["report.json", "report.html", "table.csv", "forest.png"])
+def test_links_in_a_report_are_not_followed(make_finished, tmp_path, name):
+    """Neither those of an earlier report nor those that a stranger has put there."""
+    study = make_finished()
+    write_report(study, reps=20)
+    precious = tmp_path / "precious"
+    precious.write_text("[]")
+    path = study / "report" / name
+    path.unlink()
+    path.symlink_to(precious)
+    before = tree(study)
+    with pytest.raises(ConfigError, match="is a link"):
+        write_report(study, reps=20)
+    assert precious.read_text() == "[]"
+    assert tree(study) == before
+
+
 @pytest.mark.parametrize("name", ["evals.npz", "manifest.json", "metrics.json", "DONE"])
 def test_a_flipped_bit_in_results_is_refused(make_finished, name):
     study = make_finished()

@@ -44,7 +44,7 @@ def wait_for(condition, seconds=180):
         time.sleep(0.02)
 
 
-def test_a_killed_worker_costs_its_own_run_the_last_minutes_only(tmp_path):
+def test_a_killed_worker_costs_its_own_run_the_last_minutes_only(tmp_path, figure):
     path = write(tmp_path / "study.yaml", LONG_STUDY)
     out = tmp_path / "out"
     with popen("study", "--config", path, "--out", out, "--workers", 2) as process:
@@ -57,7 +57,7 @@ def test_a_killed_worker_costs_its_own_run_the_last_minutes_only(tmp_path):
         train(run, tmp_path / "alone" / run.name)
         expected = (tmp_path / "alone" / run.name / "evals.npz").read_bytes()
         assert (out / run.name / "seed_00" / "evals.npz").read_bytes() == expected
-    print("a killed worker: both runs complete, byte-equal")
+    figure("a killed worker: both runs complete, byte-equal")
 
 
 BOTH_PHYSICS = STUDY | {
@@ -77,7 +77,7 @@ def alone(study, folder):
 
 
 @pytest.mark.skipif(not LONG, reason="the long form")
-def test_a_study_killed_at_random_instants_continues_to_the_byte(tmp_path):
+def test_a_study_killed_at_random_instants_continues_to_the_byte(tmp_path, figure):
     """SIGKILL of the study, of a worker, and of all of them, in turn."""
     path, out = write(tmp_path / "study.yaml", BOTH_PHYSICS), tmp_path / "out"
     command = ("study", "--config", path, "--out", out, "--workers", 2)
@@ -100,7 +100,7 @@ def test_a_study_killed_at_random_instants_continues_to_the_byte(tmp_path):
     assert process.returncode == 0, output
     for name, expected in alone(BOTH_PHYSICS, tmp_path / "alone").items():
         assert (out / name / "seed_00" / "evals.npz").read_bytes() == expected
-    print("a study of both physics: 12 kills at random instants, byte-equal")
+    figure("a study of both physics: 12 kills at random instants, byte-equal")
 
 
 DYING = """
@@ -133,7 +133,7 @@ if any("spawn_main" in word for word in sys.orig_argv):
 """
 
 
-def test_a_worker_killed_at_events_of_the_file_system(tmp_path, plug_in):
+def test_a_worker_killed_at_events_of_the_file_system(tmp_path, plug_in, figure):
     """Each run of a pool dies once, at another event; a new worker finishes it."""
     plug_in("dying", DYING)
     config = {"total_steps": 256, "plugins": ["dying"]}
@@ -147,7 +147,7 @@ def test_a_worker_killed_at_events_of_the_file_system(tmp_path, plug_in):
     assert len(lines) == len(list(tmp_path.glob("*.killed"))) == len(points)
     expected = (tmp_path / "whole" / "evals.npz").read_bytes()
     assert all((folder / "evals.npz").read_bytes() == expected for _, folder in jobs)
-    print(f"workers killed at {len(points)} events of the file system, byte-equal")
+    figure(f"workers killed at {len(points)} events of the file system, byte-equal")
 
 
 @pytest.fixture
@@ -191,7 +191,7 @@ def test_a_run_whose_process_always_dies_is_given_up_and_the_others_go_on(
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 @pytest.mark.parametrize("command", ["study", "train"])
-def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, command):
+def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, command, figure):
     config = (
         LONG_STUDY
         if command == "study"
@@ -215,7 +215,7 @@ def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, c
     assert error.splitlines() == ["stopped; the same command continues from the last checkpoint"]
     assert not [pid for pid in workers if os.path.exists(f"/proc/{pid}")]
     assert not list(out.rglob("FAILED"))
-    print(f"{signal.Signals(number).name} in {command}: stopped after {took:.2f} s")
+    figure(f"{signal.Signals(number).name} in {command}: stopped after {took:.2f} s")
     if command == "study" and number == signal.SIGINT:
         with popen(command, "--config", path, "--out", out) as process:
             process.communicate()
@@ -268,7 +268,7 @@ def remount(folder, option):
     subprocess.run(["mount", "-o", f"remount,{option}", str(folder)], check=True)
 
 
-def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, mounted):
+def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, mounted, figure):
     small_disk = mounted(tmp_path / "out" / "raw_n3", "64k")
     study = StudyConfig.model_validate(STUDY)
     (tmp_path / "out" / "study.yaml").write_text(yaml_text(study.resolved()))
@@ -285,10 +285,10 @@ def test_a_full_disk_of_one_run_lets_the_others_go_on(tmp_path, mounted):
     with popen(*command) as process:
         process.communicate()
     assert process.returncode == 0
-    print("a full disk: named, the other run complete, the run complete once there was room")
+    figure("a full disk: named, the other run complete, the run complete once there was room")
 
 
-def test_a_read_only_folder_is_one_line_and_loses_nothing(tmp_path, mounted):
+def test_a_read_only_folder_is_one_line_and_loses_nothing(tmp_path, mounted, figure):
     """Root ignores permission bits, so the file system itself is read-only."""
     disk = mounted(tmp_path / "disk", "64m")
     path = write(tmp_path / "run.yaml", RUNS["ppo"])
@@ -326,7 +326,7 @@ def test_a_read_only_folder_is_one_line_and_loses_nothing(tmp_path, mounted):
     assert (disk / "run" / "evals.npz").read_bytes() == (
         tmp_path / "whole" / "evals.npz"
     ).read_bytes()
-    print(f"a read-only file system: {len(commands)} commands, one line each, nothing lost")
+    figure(f"a read-only file system: {len(commands)} commands, one line each, nothing lost")
 
 
 def test_a_fault_of_one_folder_lets_the_other_runs_go_on(tmp_path):

@@ -77,7 +77,7 @@ AT_EVENTS = ["ppo", "sac_her", "ppo_short_mujoco"]
 @pytest.mark.parametrize(
     "name", [*AT_EVENTS, "td3", "sac_her_mujoco", "td3_mujoco"] if LONG else AT_EVENTS
 )
-def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypatch):
+def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypatch, figure):
     """Each fsync, rename, mkdir and unlink of a run is the last one in turn."""
     short = TrainConfig.model_validate((RUNS | ON_MUJOCO)[name] | {"total_steps": 256})
     expected = tmp_path / "whole"
@@ -113,14 +113,14 @@ def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypa
         assert equal(folder, expected), point
         left = list(folder.rglob(".part-*"))
         assert not left, (point, left)
-    print(f"{name}: killed at {len(points)} of {events} events, all byte-equal, nothing left")
+    figure(f"{name}: killed at {len(points)} of {events} events, all byte-equal, nothing left")
 
 
 OFTEN = [name for name in (*RUNS, *ON_MUJOCO) if name not in ("ppo_mujoco", "tqc")]
 
 
 @pytest.mark.parametrize("name", OFTEN if LONG else ["ppo", "td3_her_mujoco"])
-def test_a_run_killed_at_random_instants_continues_to_the_byte(tmp_path, name):
+def test_a_run_killed_at_random_instants_continues_to_the_byte(tmp_path, name, figure):
     """SIGKILL at instants spread over the run, disturbances on."""
     run = TrainConfig.model_validate(disturbed((RUNS | ON_MUJOCO)[name]))
     began = time.monotonic()
@@ -142,7 +142,7 @@ def test_a_run_killed_at_random_instants_continues_to_the_byte(tmp_path, name):
     for folder in (tmp_path / f"run_{i}" for i in range(runs + 1)):
         train(run, folder)
         assert equal(folder, tmp_path / "whole"), folder
-    print(f"{name}: {kills} kills at random instants in {runs + 1} runs, byte-equal")
+    figure(f"{name}: {kills} kills at random instants in {runs + 1} runs, byte-equal")
 
 
 def test_the_command_killed_at_random_instants(tmp_path):
@@ -162,7 +162,7 @@ def test_the_command_killed_at_random_instants(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["ppo", "sac_her", "td3"])
-def test_every_flipped_bit_of_a_checkpoint_is_seen(tmp_path, whole, name, capsys):
+def test_every_flipped_bit_of_a_checkpoint_is_seen(tmp_path, whole, name, capsys, figure):
     """Flips anywhere in any file: said, and the checkpoint before it continues."""
     with pytest.raises(Killed):
         train(config(name), tmp_path / "run", stop_after(300))
@@ -184,7 +184,7 @@ def test_every_flipped_bit_of_a_checkpoint_is_seen(tmp_path, whole, name, capsys
     train(config(name), tmp_path / "run")
     assert "is damaged" in capsys.readouterr().err
     assert equal(tmp_path / "run", whole(name))
-    print(f"{name}: {flips} flipped bits, {flips} seen")
+    figure(f"{name}: {flips} flipped bits, {flips} seen")
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,9 @@ _SMALL = {"render_mode": "rgb_array", "render_width": 64, "render_height": 64}
         ("batch, drawn and forgotten", True, False, {"num_envs": 2} | _SMALL),
     ],
 )
-def test_environments_made_again_and_again_hold_no_memory(request, name, vector, close, keywords):
+def test_environments_made_again_and_again_hold_no_memory(
+    request, name, vector, close, keywords, figure
+):
     """The allocator keeps some of what is freed, so it is asked to give it back first."""
     if not close:
         request.getfixturevalue("offscreen")
@@ -168,5 +170,5 @@ def test_environments_made_again_and_again_hold_no_memory(request, name, vector,
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     grown = float(done.stdout)
-    print(f"{name}, {times} times: {grown:+.1f} MB")
+    figure(f"{name}, {times} times: {grown:+.1f} MB")
     assert grown < (30.0 if LONG else 10.0)

@@ -28,7 +28,7 @@ class Hostile:
         return open, (str(self.marker), "w")
 
 
-def test_a_hostile_pickle_in_every_file_of_a_run_executes_nothing(tmp_path, monkeypatch):
+def test_a_hostile_pickle_in_every_file_of_a_run_executes_nothing(tmp_path, monkeypatch, figure):
     folder, marker = tmp_path / "run", tmp_path / "executed"
     train(CONFIG, folder)
     payload = pickle.dumps(Hostile(marker))
@@ -51,7 +51,7 @@ def test_a_hostile_pickle_in_every_file_of_a_run_executes_nothing(tmp_path, monk
             path.write_bytes(old)
         (folder / "DONE").write_bytes(done)
     assert executed == 0
-    print(f"hostile pickles in {len(names)} files: {executed} executed")
+    figure(f"hostile pickles in {len(names)} files: {executed} executed")
 
 
 def test_models_of_version_0_1_are_not_read(tmp_path):

@@ -1,5 +1,9 @@
 """The Reach task: goals, rewards, success, and options."""
 
+import json
+import re
+from functools import partial
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -50,8 +54,7 @@ def test_reward_terms_add_up_and_error_is_the_distance():
 def test_success_means_within_the_tolerance(tolerance):
     envs = gym.make_vec(ID, num_envs=200, success_tolerance=tolerance, random_start=False)
     rng = np.random.default_rng(0)
-    goals = np.array([0.0, 0.0, 0.2]) + rng.normal(size=(4000, 3)) * 0.2 * tolerance
-    goals = goals[np.linalg.norm(goals, axis=1) <= 0.2][:200]  # others are out of reach
+    goals = kinematics.segment_pose(2.5 * tolerance * rng.uniform(-1.0, 1.0, (200, 2)), 0.2)[0]
     envs.reset(seed=0, options={"goal": goals})
     info = envs.step(np.zeros(envs.action_space.shape, np.float32))[4]
     expected = np.linalg.norm(goals - [0.0, 0.0, 0.2], axis=1) <= 0.2 * tolerance
@@ -87,7 +90,7 @@ def test_compute_reward_repeats_the_reward_bit_for_bit_in_any_batch_shape():
 
 def test_a_goal_can_be_given():
     env = gym.make(ID, goal_env=True)
-    goal = [0.05, -0.02, 0.17]
+    goal = [0.05, -0.02, 0.185]
     observation, _ = env.reset(seed=0, options={"goal": goal})
     np.testing.assert_allclose(observation["desired_goal"], np.array(goal) / 0.2, rtol=1e-6)
 
@@ -120,5 +123,16 @@ def test_goals_out_of_reach_are_refused(env_id):
     env = gym.make(env_id)
     goal = np.zeros(len(env.unwrapped.task.goal.labels))
     goal[:3] = 0.0, 3.0 * env.unwrapped.robot.length_m, 0.0
-    with pytest.raises(ValueError, match="lies 3 lengths of the robot from its base"):
+    with pytest.raises(ValueError, match=r"out of reach by 2(\.45)? lengths of the robot"):
         env.reset(options={"goal": goal})
+
+
+@pytest.mark.parametrize("make", [gym.make, partial(gym.make_vec, num_envs=2)])
+def test_goals_off_the_dome_of_one_segment_are_refused(make):
+    """Its tip cannot come to what is nearer than its length, either."""
+    env = make(ID)
+    env.reset(seed=0, options={"goal": [0.0, 0.0, 0.205]})
+    for goal, apart in (([0.0, 0.0, 0.02], 0.833), ([0.0, 0.0, 0.15], 0.25)):
+        with pytest.raises(ValueError, match=f"out of reach by {apart}") as error:
+            env.reset(options={"goal": goal})
+        env.reset(options={"goal": json.loads(re.search(r"is (\[.*?\]) m", str(error.value))[1])})

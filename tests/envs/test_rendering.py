@@ -56,11 +56,11 @@ def test_picture_has_the_asked_size_and_changes_with_the_robot(physics, represen
 @pytest.mark.usefixtures("offscreen")
 def test_goal_is_orange_and_turns_green_on_success():
     env = gym.make(ID, random_start=False, render_mode="rgb_array", success_tolerance=0.5)
-    env.reset(seed=0, options={"goal": [0.03, 0.03, 0.15]})
+    env.reset(seed=0, options={"goal": [0.06, 0.06, 0.17]})
     reached = env.render()
     env.close()
     env = gym.make(ID, random_start=False, render_mode="rgb_array")
-    env.reset(seed=0, options={"goal": [0.03, 0.03, 0.15]})
+    env.reset(seed=0, options={"goal": [0.06, 0.06, 0.17]})
     missed = env.render()
     env.close()
     assert near(missed, rendering.GOAL) > near(reached, rendering.GOAL) + 20

@@ -43,7 +43,7 @@ LEAST_GAIN = 0.1
 """Smallest bend over the one that tendons are told, at which they still bend a robot."""
 
 MOST_LOADS = 10.0
-"""Heaviest payload over E I / l^2, under which a backbone buckles."""
+"""Heaviest load over E I / l^2, under which a backbone buckles."""
 
 STICKING = 0.9999
 """Impedance of tendons that stick: the largest that the engine takes."""
@@ -58,7 +58,7 @@ MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backb
 
 
 def _check_possible(robot: Robot, payload_kg: float) -> None:
-    """Refuse robots that their tendons cannot bend, and payloads that crush them.
+    """Refuse robots that their tendons cannot bend, and loads that crush them.
 
     Raises
     ------
@@ -76,10 +76,12 @@ def _check_possible(robot: Robot, payload_kg: float) -> None:
             )
     softest = min(bending_stiffness(segment) for segment in robot.segments)
     most = MOST_LOADS * softest / robot.length_m**2 / abs(STANDARD_GRAVITY_M_S2[2])
-    if payload_kg > most:
+    disks_kg = sum(segment.n_disks * segment.disk_mass_kg for segment in robot.segments)
+    if payload_kg + disks_kg > most:
         raise ValueError(
-            f"payload_kg={payload_kg!r} is more than this robot can be simulated under: at most "
-            f"{most:.3g} kg, {MOST_LOADS:g} times what E I / l^2 weighs"
+            f"payload_kg={payload_kg!r} and disks of {disks_kg:.3g} kg are more than this robot "
+            f"can be simulated under: at most {most:.3g} kg, {MOST_LOADS:g} times what E I / l^2 "
+            f"weighs"
         )
 
 
