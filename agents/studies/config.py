@@ -239,6 +239,8 @@ class StudyConfig(WithPlugins):
         data["plugins"] = list(dict.fromkeys([*self.plugins, *self.base.plugins]))
         for variant in (task, representation):
             data["env"]["kwargs"].update(variant.env)
+            if variant.algo.get("name", data["algo"]["name"]) != data["algo"]["name"]:
+                data["algo"] = {}  # settings of one algorithm mean nothing to another
             data["algo"].update(variant.algo)
         return TrainConfig.model_validate(data)
 

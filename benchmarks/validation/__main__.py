@@ -18,6 +18,7 @@ PARTS = {
     "beam": "Euler-Bernoulli deflection and first frequency",
     "gap": "constant curvature against MuJoCo",
     "hardware": "a real three-segment robot",
+    "hardware_mujoco": "the same with MuJoCo's model and the identified numbers",
     "motion": "tip paths against a time step of 0.1 ms, taut and slack",
 }
 

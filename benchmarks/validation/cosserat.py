@@ -17,7 +17,7 @@ from clarke_gym.robots import Robot, Segment
 
 BARS = {"median": 0.5, "worst": 1.5}  # % of length, profile "accurate" against CR
 MODELS = ("CR", "SSCR")
-VARIANTS = (("fast", "ideal"), ("accurate", "ideal"), ("accurate", "chord"))
+VARIANTS = (("fast", "ideal"), ("accurate", "ideal"), ("fast", "chord"), ("accurate", "chord"))
 Table = dict[str, dict[str, str]]
 
 

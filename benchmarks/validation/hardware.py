@@ -101,6 +101,11 @@ def shapes(parameters: FloatArray, displacement: FloatArray, all_taut: bool) -> 
 def predict(parameters: FloatArray, displacement: FloatArray, all_taut: bool = False) -> FloatArray:
     """Return the tips in the motion-capture frame [m], shape (T, 3)."""
     tip, _ = kinematics.forward(shapes(parameters, displacement, all_taut), ROBOT.lengths)
+    return in_frame(parameters, tip)
+
+
+def in_frame(parameters: FloatArray, tip: FloatArray) -> FloatArray:
+    """Return tips (T, 3) of the base's frame in that of the motion capture [m]."""
     turned: FloatArray = tip @ Rotation.from_rotvec(parameters[:3]).as_matrix().T + parameters[3:6]
     return turned
 

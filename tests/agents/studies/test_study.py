@@ -5,6 +5,7 @@ import json
 import pytest
 
 from agents.files import ROOT, ConfigError
+from agents.learning.algorithms import TD3Settings
 from agents.learning.config import load_config
 from agents.studies import study
 from agents.studies.config import StudyConfig
@@ -105,6 +106,15 @@ def test_fresh_seeds_are_no_other_studys(tmp_path):
         small(tmp_path, SMALL + REGISTERED, seeds="[0, 9000]")
     stale = {"seeds": "[0, 9000]", "preregistration.fresh": "false"}
     assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 9000]
+
+
+def test_a_level_that_names_another_algorithm_begins_from_that_ones_defaults(tmp_path):
+    reps = "[{label: raw, algo: {gamma: 0.5}}]"
+    tasks = "[{label: n = 3}, {label: td3, algo: {name: td3}}]"
+    base = {"base.algo": "{name: sac, tau: 0.5, target_entropy_per_dof: -2.0}"}
+    sac, td3 = small(tmp_path, representations=reps, tasks=tasks, seeds="[0]", **base).runs()
+    assert (sac.algo.name, sac.algo.tau, sac.algo.gamma) == ("sac", 0.5, 0.5)
+    assert (td3.algo.name, td3.algo.tau, td3.algo.gamma) == ("td3", TD3Settings().tau, 0.5)
 
 
 def test_an_arm_may_run_on_some_tasks_only(tmp_path):
