@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install compare test test-browser test-matrix attack check format build docs explorer-vendor benchmark clean
+.PHONY: help install compare test test-browser test-cluster test-matrix attack check format build docs explorer-vendor benchmark clean
 
 help:  ## list the targets
 	@grep -E '^[a-z_-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -33,6 +33,10 @@ test-browser: $(STAMP)  ## the explorer in chromium, and its JavaScript in node
 	@for tool in chromium node; do command -v $$tool >/dev/null \
 	  || { echo "$$tool is missing; on Debian: apt-get install chromium nodejs"; exit 1; }; done
 	@$(BIN)/python -m pytest tests/explorer
+
+test-cluster: $(STAMP)  ## studies on a real Ray cluster of two nodes on this machine
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group cluster
+	@$(BIN)/python -m pytest tests/agents/studies/test_cluster.py
 
 test-matrix: $(STAMP)  ## the wheel on every Python from 3.11 on this machine, lowest and newest dependencies
 	@bash .ci/matrix

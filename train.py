@@ -75,6 +75,8 @@ class Study:
     """YAML file of the study (see configs/studies)."""
     workers: int | None = None
     """Processes; by default one a core."""
+    ray: str | None = None
+    """Address of a Ray cluster to run on instead: host:port of its head, or auto."""
     out: Path | None = None
     """Study folder; by default runs/<name>."""
     dry_run: bool = False
@@ -194,7 +196,7 @@ def _study(command: Study) -> int:
     if command.dry_run:
         print(plan(config, folder))
         return 0
-    ends = run_study(config, folder, command.workers)
+    ends = run_study(config, folder, command.workers, command.ray)
     lost = [f"{ends[kind]} runs {kind}" for kind in ("failed", "unfinished") if ends[kind]]
     if ends["unfinished"]:
         lost.append("the same command continues them")

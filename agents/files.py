@@ -54,6 +54,10 @@ class ConfigError(ValueError):
     """A configuration that cannot be used; the message says where and why."""
 
 
+class InUse(RuntimeError):
+    """Another process is writing into a folder."""
+
+
 def run_folder(study: Path, arm: str, seed: int) -> Path:
     """Return the folder of one run.
 
@@ -227,7 +231,7 @@ def locked(folder: Path) -> Iterator[None]:
     ------
     ConfigError
         If the lock is a link.
-    RuntimeError
+    InUse
         If another process is writing into the folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +246,7 @@ def locked(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise RuntimeError(f"{folder} is in use by another process") from None
+            raise InUse(f"{folder} is in use by another process") from None
         yield
     finally:
         os.close(handle)

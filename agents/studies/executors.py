@@ -12,7 +12,7 @@ import signal
 import threading
 import time
 import traceback
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -45,9 +45,59 @@ class End:
     reason: str = ""
 
 
-def _line(error: BaseException) -> str:
-    text = traceback.format_exception_only(error)[-1]
+def one_line(error: BaseException) -> str:
+    r"""Return an error as one line.
+
+    Examples
+    --------
+    >>> one_line(ValueError("too\nlarge"))
+    'ValueError: too large'
+    """
+    text = "".join(traceback.format_exception_only(error))
     return " ".join(text.split())
+
+
+def carry_out(job: Job, report: Callable[[int], object]) -> tuple[Outcome, str]:
+    """Train one run in this process, and return how it ended and why.
+
+    Parameters
+    ----------
+    job : (TrainConfig, Path)
+        A run and its folder.
+    report : callable
+        Called with environment steps as they are done.
+    """
+    from agents.learning.training import LearningFailure, train  # loads torch
+
+    try:
+        train(*job, report)
+    except LearningFailure as error:
+        return "failed", one_line(error)
+    except Exception as error:
+        return "unfinished", one_line(error)
+    return "done", ""
+
+
+def given_up(
+    deaths: Counter[Path], job: Job, reason: str, say: Callable[[str], object]
+) -> End | None:
+    """Count the death of a run's process, and return its end where there were too many.
+
+    Parameters
+    ----------
+    deaths : Counter
+        Deaths so far, by folder.
+    job : (TrainConfig, Path)
+    reason : str
+        What happened.
+    say : callable
+        Called with a line where the run goes on.
+    """
+    deaths[job[1]] += 1
+    if deaths[job[1]] > MAX_DEATHS:
+        return End(job, "unfinished", reason)
+    say(f"{reason}; continuing it ({deaths[job[1]]} of {MAX_DEATHS} times)")
+    return None
 
 
 def _serve(pipe: Connection, parent: int, plugins: list[str]) -> None:
@@ -62,18 +112,8 @@ def _serve(pipe: Connection, parent: int, plugins: list[str]) -> None:
 
     threading.Thread(target=watch, daemon=True).start()
     allow_plugins(plugins)
-    from agents.learning.training import LearningFailure, train  # loads torch
-
     while True:
-        config, folder = pipe.recv()
-        try:
-            train(config, folder, pipe.send)
-        except LearningFailure as error:
-            pipe.send(("failed", _line(error)))
-        except Exception as error:
-            pipe.send(("unfinished", _line(error)))
-        else:
-            pipe.send(("done", ""))
+        pipe.send(carry_out(pipe.recv(), pipe.send))
 
 
 def memory_kills() -> int:
@@ -145,7 +185,7 @@ def run_pool(
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # inherited by the workers, before they load torch
     todo = deque(jobs)
-    deaths: dict[Path, int] = {}
+    deaths: Counter[Path] = Counter()
     pool: list[_Worker] = []
     try:
         for _ in range(min(workers, len(jobs))):
@@ -168,14 +208,12 @@ def run_pool(
                         _stop([worker])
                         pool.remove(worker)
                     continue
-                reason = f"the process of {job[1]} {worker.death()}"
                 pool.remove(worker)
-                deaths[job[1]] = deaths.get(job[1], 0) + 1
-                if deaths[job[1]] <= MAX_DEATHS:
-                    say(f"{reason}; continuing it ({deaths[job[1]]} of {MAX_DEATHS} times)")
-                    todo.appendleft(job)
+                end = given_up(deaths, job, f"the process of {job[1]} {worker.death()}", say)
+                if end:
+                    yield end
                 else:
-                    yield End(job, "unfinished", reason)
+                    todo.appendleft(job)
                 if todo:
                     pool.append(_Worker())
                     pool[-1].give(todo.popleft())

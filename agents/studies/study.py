@@ -7,6 +7,7 @@ import os
 import sys
 from collections import Counter
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -16,6 +17,7 @@ from tqdm import tqdm
 from agents import files
 from agents.files import DONE, run_folder
 from agents.learning.evaluation import HeldOutEvaluation
+from agents.studies.cluster import connect, run_cluster
 from agents.studies.config import StudyConfig, growth
 from agents.studies.executors import Job, Outcome, run_pool
 from agents.yaml_files import read_yaml, yaml_text
@@ -136,7 +138,9 @@ def plan(config: StudyConfig, folder: Path) -> str:
     return "\n".join(lines)
 
 
-def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> Counter[Outcome]:
+def run_study(
+    config: StudyConfig, folder: Path, workers: int | None = None, ray: str | None = None
+) -> Counter[Outcome]:
     """Carry out the runs of a study that are not done yet.
 
     Parameters
@@ -146,6 +150,8 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
         ``runs/<study>``.
     workers : int, optional
         Processes; the machine's cores by default.
+    ray : str, optional
+        Address of a cluster that carries out the runs instead, as many at a time as it has cores.
 
     Returns
     -------
@@ -158,9 +164,12 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
     ------
     ConfigError
         If the folder holds another study or something else.
+        Or no cluster answers.
     RuntimeError
         If another process is carrying out this study.
     """
+    if ray is not None:
+        connect(ray)
     files.refuse_foreign(folder, STUDY)
     with files.locked(folder):
         files.refuse_links(folder, (STUDY, REFERENCES, *(name for name, _, _ in config.arms())))
@@ -178,8 +187,9 @@ def run_study(config: StudyConfig, folder: Path, workers: int | None = None) -> 
         workers = min(workers or os.cpu_count() or 1, len(todo))
         with progress_bar(total) as bar:
             bar.set_description(f"{config.name}: 0/{len(todo)} runs")
-            with closing(run_pool(todo, workers, bar.update, bar.write)) as pool:
-                for end in pool:
+            pool = partial(run_pool, todo, workers) if ray is None else partial(run_cluster, todo)
+            with closing(pool(bar.update, bar.write)) as runs:
+                for end in runs:
                     ends[end.outcome] += 1
                     bar.set_description(f"{config.name}: {ends.total()}/{len(todo)} runs")
                     if end.outcome != "done":
