@@ -16,6 +16,7 @@ NEEDS = {
     "with_sb3_sac_her": ["stable_baselines3"],
     "with_cleanrl_ppo": ["torch"],
     "with_torchrl": ["torchrl", "tensordict"],
+    "with_skrl": ["skrl"],
     "with_minari": ["minari", "h5py", "torch"],
 }
 """Libraries that an example needs beside clarke_gym."""
