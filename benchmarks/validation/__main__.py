@@ -37,26 +37,45 @@ def _table(rows: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _earlier(path: Path) -> list[Row]:
+    """Return the rows of an earlier table."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return [
+            Row(
+                r["part"],
+                r["case"],
+                r["conditions"],
+                float(r["value"]),
+                r["unit"],
+                float(r["bar"]) if r["bar"] else None,
+            )
+            for r in csv.DictReader(file)
+        ]
+
+
 def main() -> None:
-    """Run the chosen parts, print their table and write it beside the figures."""
+    """Run the chosen parts, and write the table of all beside the figures."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__)
     parser.add_argument("--only", nargs="+", choices=list(PARTS), help="parts to run (all)")
     parser.add_argument("--out", type=Path, default=Path("docs/validation"), help="output folder")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    rows: list[Row] = []
+    table = options.out / "results.csv"
+    found = {name: [row for row in _earlier(table) if row.part == name] for name in PARTS}
     for name in options.only or PARTS:
         start = time.perf_counter()
         try:
-            rows += importlib.import_module(f"benchmarks.validation.{name}").run(options.out)
+            found[name] = importlib.import_module(f"benchmarks.validation.{name}").run(options.out)
         except Skipped as reason:
             print(f"{name}: skipped, {reason}")
             continue
         print(f"{name}: {PARTS[name]}, {time.perf_counter() - start:.0f} s")
-    table = _table(rows)
-    print(table)
-    (options.out / "results.md").write_text(table)
-    with (options.out / "results.csv").open("w", newline="") as file:
+    rows = [row for name in PARTS for row in found[name]]
+    print(_table([row for row in rows if row.part in (options.only or PARTS)]))
+    (options.out / "results.md").write_text(_table(rows))
+    with table.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["part", "case", "conditions", "value", "unit", "bar", "verdict"])
         writer.writerows(

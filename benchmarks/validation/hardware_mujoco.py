@@ -6,9 +6,6 @@ identified ratios of the tendons' stiffness, which is such that the first segmen
 of the preset; pretensions are that stiffness times the identified displacements; the play between
 servo and tendon is that of the disturbance `backlash`. Friction cannot be identified from rows at
 rest and is left out.
-
-Rows follow each other within a fraction of a second, so their errors are not independent: the
-interval is that of a moving-block bootstrap.
 """
 
 from __future__ import annotations
@@ -28,6 +25,7 @@ from benchmarks.validation.hardware import (
     backlash,
     identify,
     in_frame,
+    interval,
     predict,
     read,
     shapes,
@@ -40,9 +38,6 @@ from clarke_gym.robots.stiffness import bending_stiffness
 
 PERIOD_S, PERIODS = 0.05, 10
 """Half a second under a command, from where the model without inertia is at rest."""
-
-BLOCK, REPS = 26, 10_000
-"""Rows of a block, the median length of a motion, and resamples."""
 
 CASES = (
     ("fast", "no gravity", 0.0),
@@ -95,24 +90,6 @@ def tips_at_rest(
     for _ in range(PERIODS):
         physics.step(JointVector.from_clarke(clarke.reshape(-1, 3, 2), off_manifold))
     return in_frame(parameters, physics.state.tip_position)
-
-
-def interval(distance: FloatArray, seed: int = 0) -> tuple[float, float]:
-    """Return the 95 % interval of a mean by the bootstrap of moving blocks.
-
-    Examples
-    --------
-    >>> low, high = interval(np.ones(443))
-    >>> low, high
-    (1.0, 1.0)
-    """
-    rng = np.random.default_rng(seed)
-    count = -(-len(distance) // BLOCK)
-    starts = rng.integers(0, len(distance) - BLOCK + 1, (REPS, count))
-    sums = np.concatenate([[0.0], np.cumsum(distance)])
-    means = (sums[starts + BLOCK] - sums[starts]).sum(1) / (count * BLOCK)
-    low, high = np.quantile(means, (0.025, 0.975))
-    return float(low), float(high)
 
 
 def run(out: Path) -> list[Row]:
