@@ -106,7 +106,7 @@ class Episode:
             return self.goal
         if steps > self._task.previews:
             return self._tell(self._all, self.steps + steps)
-        return self._ahead.at(self.steps, self._tell, steps)
+        return self._ahead.later(steps)
 
     def _tell(self, rows: NDArray[np.intp], steps: NDArray[np.int64]) -> FloatArray:
         """Return the goals of some environments at some steps."""

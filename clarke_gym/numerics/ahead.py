@@ -23,7 +23,7 @@ class Ahead:
     Parameters
     ----------
     previews : int
-        Steps beyond now that are asked for.
+        Steps beyond now that `later` is asked for.
 
     Examples
     --------
@@ -33,7 +33,7 @@ class Ahead:
     """
 
     def __init__(self, previews: int = 0) -> None:
-        self._previews, self._count = previews, STEPS + previews
+        self._count = STEPS + previews
         self._told: FloatArray | None = None
 
     def forget(self, rows: NDArray[np.intp] | None = None) -> None:
@@ -43,8 +43,8 @@ class Ahead:
         elif self._told is not None:
             self._from[rows] = -self._count
 
-    def at(self, steps: NDArray[np.int64], tell: Tell, ahead: int = 0) -> FloatArray:
-        """Return the numbers (B, k) of all rows, some steps (at most `previews`) after theirs.
+    def at(self, steps: NDArray[np.int64], tell: Tell) -> FloatArray:
+        """Return the numbers (B, k) of all rows at their steps.
 
         What is not known is asked of `tell`, whose rows come several times.
         """
@@ -52,8 +52,9 @@ class Ahead:
             self._all = np.arange(len(steps))
             self._from = np.full(len(steps), -self._count, dtype=np.int64)
         place = steps - self._from
-        late = np.flatnonzero((place < 0) | (place + self._previews >= self._count))
-        if late.size:
+        known = place.view(np.uint64) < STEPS  # as unsigned, what is before is far behind
+        if np.count_nonzero(known) < len(known):
+            late = np.flatnonzero(~known)
             self._from[late], place[late] = steps[late], 0
             then = steps[late, None] + np.arange(self._count)
             told = tell(np.repeat(late, self._count), then.reshape(-1))
@@ -62,6 +63,11 @@ class Ahead:
                 self._told = told
             else:
                 self._told[late] = told
+        self._place = place
+        return self.later(0)
+
+    def later(self, ahead: int) -> FloatArray:
+        """Return the numbers some steps after those of the last `at`."""
         assert self._told is not None
-        found: FloatArray = self._told[self._all, place + ahead]
+        found: FloatArray = self._told[self._all, self._place + ahead]
         return found
