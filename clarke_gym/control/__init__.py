@@ -7,11 +7,13 @@ from clarke_gym.control.controllers import (
     TipController,
     make_controller,
 )
+from clarke_gym.control.curl import CurlController
 from clarke_gym.control.mppi import MppiController, MppiSettings
 from clarke_gym.control.network import NetworkPolicy, load_policy
 
 __all__ = [
     "CONTROLLERS",
+    "CurlController",
     "Gains",
     "MppiController",
     "MppiSettings",

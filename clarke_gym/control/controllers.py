@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
+from clarke_gym.control.curl import CurlController
 from clarke_gym.control.manifold_interface import ManifoldInterface, Sensed
 from clarke_gym.control.mppi import MppiController
 from clarke_gym.control.ways import clear_way
@@ -24,7 +25,7 @@ from clarke_gym.kinematics.inverse_chain import (
     saturate_bending,
 )
 from clarke_gym.kinematics.jacobians import tip_jacobian
-from clarke_gym.tasks import ObstructedTask
+from clarke_gym.tasks import ObstructedTask, Wrap
 
 FloatArray = NDArray[np.float64]
 
@@ -261,7 +262,7 @@ class ResolvedRateController:
         return self._interface.answer(observation, action)
 
 
-Controller = TipController | ResolvedRateController | MppiController
+Controller = TipController | ResolvedRateController | MppiController | CurlController
 
 CONTROLLERS = ("clarke_controller", "clarke_pid", "clarke_model_only", "resolved_rate", "mppi")
 """Names that `make_controller` knows."""
@@ -274,12 +275,13 @@ def make_controller(name: str, env: Any) -> Controller:
     ----------
     name : str
         "clarke_controller": planned shape, proportional loops with precompensation on the manifold,
-        corrected by the measured tip. "clarke_pid": the same with integral and derivative terms.
+        corrected by the measured tip; on Wrap, bends that follow from the cylinder
+        (`CurlController`). "clarke_pid": the same with integral and derivative terms.
         "clarke_model_only": the same without the tip's correction, the sheet's scheme alone.
         "resolved_rate": straight at the goal through the inverse Jacobian. "mppi": plans sampled on
         constant curvature.
     env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment whose task has a goal position.
+        A clarke_gym environment whose task has a goal position, or Wrap.
 
     Returns
     -------
@@ -300,7 +302,8 @@ def make_controller(name: str, env: Any) -> Controller:
     (2,)
     """
     if name == "clarke_controller":
-        return TipController(env)
+        winds = isinstance(getattr(env.unwrapped, "task", None), Wrap)
+        return CurlController(env) if winds else TipController(env)
     if name == "clarke_pid":
         return TipController(env, Gains(integral=1.0, derivative=0.1))
     if name == "clarke_model_only":

@@ -33,41 +33,31 @@ class Sensed:
     """The goal without costs, in SI units, (B, k)."""
 
 
-class ManifoldInterface:
-    """Reads observations into SI units and writes commands as actions, for one environment.
+class JointInterface:
+    """Reads joint space into SI units and writes commands as actions, for one environment.
 
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment whose task has a goal, made with keywords or wrapped by hand
-        (`clarke_gym.wrappers`).
+        A clarke_gym environment, made with keywords or wrapped by hand (`clarke_gym.wrappers`).
 
     Raises
     ------
     TypeError, ValueError
-        If it is another environment, it has no goal, or its sensors do not suffice.
+        If it is another environment, or its sensors do not suffice.
     """
 
     def __init__(self, env: Any) -> None:
         face = env.unwrapped
         if not isinstance(face, Face):
             raise TypeError(f"a controller needs a clarke_gym environment, got {env!r}")
-        goal = face.task.goal
-        if goal is None:
-            raise ValueError(
-                f"the controllers need a goal to plan for; {type(face.task).__name__} has none"
-            )
         self.task: Any = face.task
-        self.is_position = goal.is_position
-        needed = (*NEEDED, "tip_position") if goal.is_position else NEEDED
-        missing = [name for name in needed if name not in face.sensors]
+        missing = [name for name in self.needed() if name not in face.sensors]
         if missing:
             raise ValueError(f"a controller needs the sensors {missing}, got {list(face.sensors)}")
         self.robot, self.control_dt = face.robot, face.control_dt
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
-        self._shown = goal.shown
-        self._goal_scale = goal.observed_scale
         self._action = _written_in(
             env, (RepresentationAction, VectorAction), face.action_representation
         )
@@ -75,36 +65,29 @@ class ManifoldInterface:
             env, (RepresentationObservation, VectorObservation), face.observation_representation
         )
         self._blocks = [block for block in face.sensors.values() if block.reach is not None]
-        self._goal, self._gap = face.sensors.get("goal"), face.sensors.get("goal_gap")
-        self._tip = face.sensors["tip_position"] if goal.is_position else None
         self._face = face
         # A wrapper's joint-space blocks have another width than the environment's.
         wider = self._observation.size - face.observation_representation.size
         self._shift = len(self._blocks) * wider
 
-    def sense(self, observation: Any) -> Sensed:
-        """Return the observations (B, k), or a dictionary of them, in SI units."""
-        as_dict = isinstance(observation, dict)
-        rows = np.atleast_2d(observation["observation"] if as_dict else observation)
-        rows = rows.astype(np.float64)
-        size = self._observation.size
-        pairs = {}
+    def needed(self) -> tuple[str, ...]:
+        """Return the names of the sensors that are read."""
+        return NEEDED
+
+    def joints(self, observation: Any) -> dict[str, FloatArray]:
+        """Return what sensors in joint space tell as Clarke coordinates [SI], (B, S, 2) each."""
+        rows, size, pairs = self._rows(observation), self._observation.size, {}
         for k, block in enumerate(self._blocks):
             joints = self._observation.decode(rows[:, k * size : (k + 1) * size]) * block.scale
             pairs[block.name] = (joints @ self.robot.encoder.T).reshape(len(rows), -1, 2)
-        if as_dict or self._goal is None:
-            goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)[:, self._shown]
-        else:
-            goal = self._task_block(rows, self._goal.place)
-        if self._tip is not None:
-            achieved = self._task_block(rows, self._tip.place) * self._tip.scale
-        elif as_dict:
-            achieved = np.atleast_2d(observation["achieved_goal"]).astype(np.float64)
-            achieved = achieved[:, self._shown] * self._goal_scale
-        else:
-            assert self._gap is not None
-            achieved = (goal - self._task_block(rows, self._gap.place)) * self._goal_scale
-        return Sensed(pairs["command"], pairs["displacement"], achieved, goal * self._goal_scale)
+        return pairs
+
+    @staticmethod
+    def _rows(observation: Any) -> FloatArray:
+        """Return observations (B, k), or those of a dictionary of them, in double precision."""
+        as_dict = isinstance(observation, dict)
+        rows = np.atleast_2d(observation["observation"] if as_dict else observation)
+        return rows.astype(np.float64)
 
     @staticmethod
     def answer(observation: Any, actions: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -113,17 +96,9 @@ class ManifoldInterface:
         return actions[0] if np.ndim(inner) == 1 else actions
 
     @property
-    def goal_scale(self) -> Any:
-        """What the goal's numbers are divided by where policies see them."""
-        return self._goal_scale
-
-    @property
     def bodies(self) -> FloatArray:
         """Bodies around the robots, shape (B, K, 7), as a camera would tell them."""
         return self._face.physics.state.bodies
-
-    def _task_block(self, rows: FloatArray, place: slice) -> FloatArray:
-        return rows[:, place.start + self._shift : place.stop + self._shift]
 
     def act(
         self, target: FloatArray, held: FloatArray, speed_share: float = 1.0
@@ -146,6 +121,64 @@ class ManifoldInterface:
             action = action / np.maximum(np.abs(action).max(axis=1, keepdims=True), 1.0)
         result: NDArray[np.float32] = np.clip(action, -1.0, 1.0).astype(np.float32)
         return result
+
+
+class ManifoldInterface(JointInterface):
+    """The same, and reads the goal and what is compared with it.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        A clarke_gym environment whose task has a goal.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is another environment, it has no goal, or its sensors do not suffice.
+    """
+
+    def __init__(self, env: Any) -> None:
+        super().__init__(env)
+        goal, sensors = self.task.goal, self._face.sensors
+        self._shown, self._goal_scale = goal.shown, goal.observed_scale
+        self._goal, self._gap = sensors.get("goal"), sensors.get("goal_gap")
+        self._tip = sensors["tip_position"] if goal.is_position else None
+
+    def needed(self) -> tuple[str, ...]:
+        """Return the names of the sensors that are read."""
+        goal = self.task.goal
+        if goal is None:
+            raise ValueError(
+                f"the controllers need a goal to plan for; {type(self.task).__name__} has none"
+            )
+        self.is_position: bool = goal.is_position
+        return (*NEEDED, "tip_position") if goal.is_position else NEEDED
+
+    def sense(self, observation: Any) -> Sensed:
+        """Return the observations (B, k), or a dictionary of them, in SI units."""
+        rows, pairs = self._rows(observation), self.joints(observation)
+        as_dict = isinstance(observation, dict)
+        if as_dict or self._goal is None:
+            goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)[:, self._shown]
+        else:
+            goal = self._task_block(rows, self._goal.place)
+        if self._tip is not None:
+            achieved = self._task_block(rows, self._tip.place) * self._tip.scale
+        elif as_dict:
+            achieved = np.atleast_2d(observation["achieved_goal"]).astype(np.float64)
+            achieved = achieved[:, self._shown] * self._goal_scale
+        else:
+            assert self._gap is not None
+            achieved = (goal - self._task_block(rows, self._gap.place)) * self._goal_scale
+        return Sensed(pairs["command"], pairs["displacement"], achieved, goal * self._goal_scale)
+
+    @property
+    def goal_scale(self) -> Any:
+        """What the goal's numbers are divided by where policies see them."""
+        return self._goal_scale
+
+    def _task_block(self, rows: FloatArray, place: slice) -> FloatArray:
+        return rows[:, place.start + self._shift : place.stop + self._shift]
 
 
 def _written_in(env: Any, wrappers: tuple[type, ...], own: Representation) -> Representation:

@@ -51,7 +51,7 @@ class Play(Disturbance):
     def step(self, command: FloatArray) -> FloatArray:
         """Return where the drives have taken the tendons to [m]."""
         half = 0.5 * self.gap(command)
-        self._held = np.clip(self._held, command - half, command + half)
+        self._held = np.minimum(np.maximum(self._held, command - half), command + half)
         return self._held
 
     def get_state(self) -> dict[str, Any]:
@@ -115,8 +115,7 @@ class CommandDelay(Disturbance):
 
     def step(self, command: FloatArray) -> FloatArray:
         """Return the commands that arrive now [m]."""
-        self._kept = np.roll(self._kept, 1, axis=1)
-        self._kept[:, 0] = command
+        self._kept = np.concatenate([command[:, None], self._kept[:, :-1]], axis=1)
         late = np.floor(self.drawn[:, 0] * (self._longest + 1)).astype(np.intp)
         arrived: FloatArray = self._kept[np.arange(self.num_envs), late]
         return arrived

@@ -6,8 +6,10 @@ import zlib
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from clarke_gym.disturbances.base import Disturbance, register_disturbance
+from clarke_gym.numerics.ahead import Ahead
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.noise import normals, uniforms
 from clarke_gym.robots.robot import Robot
@@ -36,10 +38,28 @@ class SensorNoise(Disturbance):
 
     numbers: ClassVar[int] = 1
 
+    def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
+        super().__init__(robot, num_envs, strength)
+        self._noise: dict[str, Ahead] = {}
+
+    def reset(self, rows: NDArray[np.intp], numbers: FloatArray, command: FloatArray) -> None:
+        """Begin with noise of new episodes."""
+        del numbers, command
+        for noise in self._noise.values():
+            noise.forget(rows)
+
     def sense(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
         """Return the values with noise."""
-        noise = normals(self.drawn[:, 0], self.steps, values.shape[1], _stream(name))
+        size, stream = values.shape[1], _stream(name)
+        noise = self._noise.setdefault(name, Ahead()).at(
+            self.steps, lambda rows, steps: normals(self.drawn[rows, 0], steps, size, stream)
+        )
         return values + NOISE * self.strength * scale * noise
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Return to what was drawn."""
+        del state
+        self._noise.clear()
 
 
 @register_disturbance("sensor_bias")
@@ -48,12 +68,27 @@ class SensorBias(Disturbance):
 
     numbers: ClassVar[int] = 1
 
+    def __init__(self, robot: Robot, num_envs: int, strength: float = 1.0) -> None:
+        super().__init__(robot, num_envs, strength)
+        self._offsets: dict[str, FloatArray] = {}
+
+    def reset(self, rows: NDArray[np.intp], numbers: FloatArray, command: FloatArray) -> None:
+        """Begin with offsets of new episodes."""
+        del rows, numbers, command
+        self._offsets.clear()
+
     def sense(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
         """Return the values with their offsets."""
-        offset = uniforms(
-            self.drawn[:, 0], np.zeros(len(values), np.int64), values.shape[1], _stream(name)
-        )
-        return values + BIAS * self.strength * scale * (2.0 * offset - 1.0)
+        if name not in self._offsets:
+            places = np.zeros(len(values), np.int64)
+            offset = uniforms(self.drawn[:, 0], places, values.shape[1], _stream(name))
+            self._offsets[name] = BIAS * self.strength * scale * (2.0 * offset - 1.0)
+        return values + self._offsets[name]
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Return to what was drawn."""
+        del state
+        self._offsets.clear()
 
 
 @register_disturbance("quantisation")

@@ -10,11 +10,9 @@ import numpy as np
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
+from clarke_gym.numerics.ahead import Ahead
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.tasks import Task
-
-FORESEEN = 32
-"""Control periods for which moving goals are told at once."""
 
 _ALL = slice(None)
 
@@ -70,9 +68,7 @@ class Episode:
         self.begun = False
         size = self._parameters.shape[1] if task.goal is None else task.goal.size
         self.goal = np.zeros((num_envs, size))
-        # Goals that move are told some steps ahead in one go; -FORESEEN says that they are not.
-        self._told = np.zeros((num_envs, FORESEEN if self._moves else 0, size))
-        self._told_from = np.full(num_envs, -FORESEEN, dtype=np.int64)
+        self._ahead = Ahead(task.previews)
         self._all = np.arange(num_envs)
         self.observed_goal = np.zeros((num_envs, size), np.float32)
 
@@ -85,7 +81,7 @@ class Episode:
         """Bring some goals up to date; observed goals are what they say to single precision."""
         goal = self._parameters[rows]
         if self._moves:
-            goal = self._foreseen(self.steps)[rows]
+            goal = self._ahead.at(self.steps, self._tell)[rows]
         elif self._told_by:
             goal = self._task.advance(goal, self.time_s[rows])
         if self._task.goal is not None:
@@ -108,22 +104,13 @@ class Episode:
         """Return the goals that there will be in some control periods, (B, size) in SI units."""
         if not self._moves:
             return self.goal
-        return self._foreseen(self.steps + steps)
+        if steps > self._task.previews:
+            return self._tell(self._all, self.steps + steps)
+        return self._ahead.later(steps)
 
-    def _foreseen(self, steps: NDArray[np.int64]) -> FloatArray:
-        """Return where the goals are after some steps (B,), from what was told for many at once."""
-        place = steps - self._told_from
-        late = np.flatnonzero((place < 0) | (place >= self._told.shape[1]))
-        if late.size:
-            self._told_from[late] = steps[late]
-            count = self._told.shape[1]
-            time = (steps[late, None] + np.arange(count)) * np.float64(self._control_dt)
-            rows = np.repeat(self._parameters[late], count, axis=0)
-            told = self._task.advance(rows, time.reshape(-1))
-            self._told[late] = told.reshape(len(late), count, -1)
-            place[late] = 0
-        goals: FloatArray = self._told[self._all, place]
-        return goals
+    def _tell(self, rows: NDArray[np.intp], steps: NDArray[np.int64]) -> FloatArray:
+        """Return the goals of some environments at some steps."""
+        return self._task.advance(self._parameters[rows], steps * np.float64(self._control_dt))
 
     def prepare_again(self) -> None:
         """Prepare the episodes to come anew, from the numbers that were drawn for them."""
@@ -157,7 +144,7 @@ class Episode:
         first, second, parameters = self._draw(rows)
         self._parameters[rows] = parameters if goal is None else self._task.aimed(parameters, goal)
         self.steps[rows] = 0
-        self._told_from[rows] = -FORESEEN
+        self._ahead.forget(rows)
         self.begun = True
         if self.disturbed.shape[1]:
             for index in rows.tolist():
@@ -170,7 +157,7 @@ class Episode:
     def begin_at(self, parameters: FloatArray, steps: int) -> None:
         """Put all environments into one episode that parameters (p,) tell."""
         self._parameters[:], self.steps[:], self.begun = parameters, steps, True
-        self._told_from[:] = steps - FORESEEN
+        self._ahead.forget()
         self._follow(_ALL)
 
     def _draw(self, rows: NDArray[np.intp]) -> list[FloatArray]:
@@ -225,6 +212,6 @@ class Episode:
         self._parameters = state["parameters"].copy()
         self.steps[:] = state["steps"]  # disturbances look at this very array
         self.begun = state["begun"]
-        self._told_from = self.steps - FORESEEN
+        self._ahead.forget()
         self._prepare_rows(np.arange(len(self._numbers)))
         self._follow(_ALL)

@@ -172,7 +172,7 @@ class Observer:
             else:
                 scale = sensor.scale
                 told = self._sensed(sensor.name, scale, sensor.read(state, goal)) / scale
-                rows[:, place] = np.clip(told, -sensor.bound, sensor.bound)
+                rows[:, place] = np.minimum(np.maximum(told, -sensor.bound), sensor.bound)
         return rows
 
     def _vector(self, sensor: JointSensor, state: RobotState) -> JointVector:

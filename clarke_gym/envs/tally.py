@@ -51,20 +51,18 @@ class Tally:
         -------
         dict of str to ndarray, shape (B,)
         """
-        new, begin = steps != self._at, steps == 0
-        count = np.maximum(steps, 1)
+        # A step that was counted is not counted again; what an episode begins with, only there.
+        old, first, count = steps == self._at, steps <= 1, np.maximum(steps, 1)
         told = {}
         for name, over in self._over.items():
             kept, value = self._kept[name], now[name]
             if over in ("mean", "rms"):
                 value = value * value if over == "rms" else value
-                added = np.where(steps == 1, value, kept + value)
-                kept = np.where(new & ~begin, added, kept)
-                mean = np.where(begin, value, kept / count)
-                told[name] = np.sqrt(mean) if over == "rms" else mean
+                kept = np.where(first, value, kept + np.where(old, 0.0, value))
+                told[name] = np.sqrt(kept / count) if over == "rms" else kept / count
             else:
                 extreme = np.minimum if over == "least" else np.maximum
-                kept = np.where(begin, value, np.where(new, extreme(kept, value), kept))
+                kept = np.where(steps == 0, value, extreme(kept, value))
                 told[name] = kept - value if over == "fall" else kept.copy()
             self._kept[name] = kept
         self._at = steps.copy()

@@ -17,6 +17,8 @@ from clarke_gym.kinematics.dome import (
 from clarke_gym.kinematics.poses import (
     arc_pose,
     backbone,
+    base_frames,
+    chain_points,
     chain_poses,
     forward,
     segment_ends,
@@ -32,7 +34,9 @@ __all__ = [
     "Components",
     "arc_pose",
     "backbone",
+    "base_frames",
     "bending_to_clarke",
+    "chain_points",
     "chain_poses",
     "clarke_to_bending",
     "coupled",

@@ -17,11 +17,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from clarke_gym.kinematics.arcs import half_angle_functions
-from clarke_gym.kinematics.quaternions import Components, product, rotate, split_segments, turned
+from clarke_gym.kinematics.quaternions import (
+    Components,
+    product,
+    rotation_rows,
+    split_segments,
+    turned,
+)
 from clarke_gym.numerics.arrays import (
     Array,
     Number,
-    beside,
     matrix_like,
     namespace,
     parameter,
@@ -216,14 +221,72 @@ def backbone(bending: Array, lengths: Array, points: int = 16) -> Array:
     array([0. , 0.1, 0.2])
     """
     bending = check_pairs(bending, lengths, "bending")
-    xp, lengths = namespace(bending), parameters(lengths, bending)
-    positions, quaternions = segment_ends(bending, lengths)
+    xp, lengths = namespace(bending), parameter(lengths, bending)
     fractions = matrix_like(np.arange(1, points + 1) / points, bending)
-    curves = [xp.zeros_like(positions[0])[..., None, :]]
-    for k in range(len(lengths)):
-        part = bending[..., k, None, :] * fractions[:, None]
-        local, _ = segment_pose(part, beside(lengths[k]) * fractions)
-        if k:
-            local = positions[k - 1][..., None, :] + rotate(quaternions[k - 1][..., None, :], local)
-        curves.append(local)
-    return xp.concat(curves, -2)
+    frames = None
+    if bending.shape[-2] > 1:
+        poses = chain_poses(split_segments(bending), parameters(lengths, bending))
+        frames = xp.stack(base_frames(poses), -1)
+    return chain_points(bending, lengths, frames, fractions)
+
+
+def base_frames(poses: Sequence[tuple[Components, Components]]) -> list[Number]:
+    """Return where the segments after the first one begin, by components.
+
+    Parameters
+    ----------
+    poses : sequence of S (position, quaternion)
+        Those of `chain_poses`.
+
+    Returns
+    -------
+    list of 12 (S - 1) numbers
+        Of each segment, the three rows of its base's axes and position [m], (R p).
+
+    Examples
+    --------
+    >>> base_frames(chain_poses([0.0, 0.0, 0.0, 0.0], [0.25, 0.5]))[8:]
+    [0.0, 0.0, 1.0, 0.25]
+    """
+    told: list[Number] = []
+    for position, quaternion in poses[:-1]:
+        for row, place in zip(rotation_rows(quaternion), position, strict=True):
+            told += *row, place
+    return told
+
+
+def chain_points(bending: Array, lengths: Array, frames: Array | None, fractions: Array) -> Array:
+    """Return points along the backbone of segments in series, of where they begin.
+
+    Parameters
+    ----------
+    bending : array, shape (..., S, 2)
+        Bending vectors [rad].
+    lengths : array, shape (S,) or (..., S)
+        Segment lengths [m].
+    frames : array, shape (..., 12 (S - 1)), or None
+        What `base_frames` tells; None for one segment.
+    fractions : array, shape (P,)
+        Where the points of each segment are along it.
+
+    Returns
+    -------
+    array, shape (..., S * P + 1, 3)
+        Positions [m] in the base frame, base first; a view of one in which each coordinate's
+        numbers are beside each other.
+
+    Examples
+    --------
+    >>> chain_points(np.zeros((1, 2)), np.array([0.2]), None, np.array([0.5, 1.0]))[:, 2]
+    array([0. , 0.1, 0.2])
+    """
+    xp = namespace(bending)
+    bends = bending[..., None] * fractions
+    points, _ = arc_pose(bends[..., 0, :], bends[..., 1, :], lengths[..., None] * fractions)
+    local = xp.stack([*points, xp.ones_like(points[0])], -2)
+    curves = [xp.zeros_like(local[..., 0, :3, :1]), local[..., 0, :3, :]]
+    if frames is not None:
+        # Products of a fixed size a segment: their bits do not depend on how many robots there are.
+        moved = frames.reshape(*frames.shape[:-1], -1, 3, 4) @ local[..., 1:, :, :]
+        curves += [moved[..., k, :, :] for k in range(moved.shape[-3])]
+    return xp.concat(curves, -1).swapaxes(-1, -2)

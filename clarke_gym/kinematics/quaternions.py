@@ -145,3 +145,31 @@ def turned(quaternion: Components, vector: Components) -> Components:
         y + w * ty + c * tx - a * tz,
         z + w * tz + a * ty - b * tx,
     )
+
+
+def rotation_rows(quaternion: Components) -> tuple[Components, Components, Components]:
+    """Return the rows of the rotation matrix of a unit quaternion, by components.
+
+    Parameters
+    ----------
+    quaternion : tuple of 4
+        (w, x, y, z) of length 1, each a float or an array.
+
+    Returns
+    -------
+    tuple of 3 tuples of 3
+
+    Examples
+    --------
+    >>> rotation_rows((0.0, 0.0, 0.0, 1.0))[0]  # half a turn about z
+    (-1.0, 0.0, 0.0)
+    """
+    w, x, y, z = quaternion
+    a, b, c = x + x, y + y, z + z
+    xx, yy, zz, xy, xz, yz = a * x, b * y, c * z, a * y, a * z, b * z
+    wx, wy, wz = a * w, b * w, c * w
+    return (
+        (1.0 - (yy + zz), xy - wz, xz + wy),
+        (xy + wz, 1.0 - (xx + zz), yz - wx),
+        (xz - wy, yz + wx, 1.0 - (xx + yy)),
+    )

@@ -169,12 +169,12 @@ class RobotState:
         """Tip orientation (w, x, y, z), shape (B, 4)."""
         return from_components(self._quaternion)
 
-    @property
+    @cached_property
     def tip_tangent(self) -> FloatArray:
         """The tip's unit z axis, shape (B, 3)."""
-        w, x, y, z = self.tip_quaternion.T
+        w, x, y, z = self._quaternion
         tangent = (2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y))
-        return np.stack(tangent, axis=1)
+        return from_components(tangent)
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3), base first."""
@@ -186,8 +186,7 @@ class RobotState:
         return self.once("clearance", RobotState._clearance)
 
     def _clearance(self) -> FloatArray:
-        radius = hull_radius(self.robot)
-        return self._physics.surroundings.clearance(self.backbone(CLEARANCE_POINTS), radius)
+        return self._physics.surroundings.clearance(self.backbone(CLEARANCE_POINTS))
 
     @property
     def bodies(self) -> FloatArray:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym.kinematics.jacobians import tip_jacobian
-from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray, Number, from_components
 from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.linear_map import map_rows
-from clarke_gym.physics.base import RobotState
+from clarke_gym.physics.base import RobotState, hull_radius
 from clarke_gym.physics.drives import Drives
 from clarke_gym.robots import Robot
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
+
+Poses: TypeAlias = Sequence[tuple[kinematics.Components, kinematics.Components]]
+"""Position and orientation of each segment's end."""
 
 
 class ConstantCurvature:
@@ -55,7 +58,7 @@ class ConstantCurvature:
         self, robot: Robot, batch: Batch | int, control_dt: float, scene: Scene = EMPTY
     ) -> None:
         self.robot, self.batch = robot, as_batch(batch)
-        self.surroundings = Surroundings(scene, self.batch.size)
+        self.surroundings = Surroundings(scene, self.batch.size, hull_radius(robot))
         self._drives = Drives(robot, control_dt)
         self._lengths = robot.lengths.tolist()
         self._radii = robot.pitch_radii.tolist()
@@ -64,15 +67,23 @@ class ConstantCurvature:
         self._before = self._displacement
         self._never = np.zeros(self.batch.size, dtype=bool)
         self._state: RobotState | None = None
+        self._known: tuple[JointVector, Sequence[Number], Poses] | None = None
 
     @property
     def state(self) -> RobotState:
         """The current state of all robots."""
         if self._state is None:
-            bends = kinematics.decoupled(self._displacement.parts, self._radii)
-            position, quaternion = kinematics.chain_poses(bends, self._lengths)[-1]
-            self._state = RobotState(self, self._displacement, position, quaternion, self._never)
+            tip = self._chain()[1][-1]
+            self._state = RobotState(self, self._displacement, *tip, self._never)
         return self._state
+
+    def _chain(self) -> tuple[Sequence[Number], Poses]:
+        """Return the segments' bends and the poses of their ends, computed once a shape."""
+        if self._known is None or self._known[0] is not self._displacement:
+            bends = kinematics.decoupled(self._displacement.parts, self._radii)
+            poses = kinematics.chain_poses(bends, self._lengths)
+            self._known = self._displacement, bends, poses
+        return self._known[1:]
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return no coordinates beside the Clarke coordinates: shape (R, 0)."""
@@ -129,8 +140,11 @@ class ConstantCurvature:
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
-        bending = kinematics.clarke_to_bending(self._displacement.clarke, self.robot.pitch_radii)
-        curve: FloatArray = kinematics.backbone(bending, self.robot.lengths, points)
+        bends, poses = self._chain()
+        bending = from_components(bends).reshape(self.batch.size, -1, 2)
+        frames = from_components(kinematics.base_frames(poses)) if len(poses) > 1 else None
+        fractions = np.arange(1, points + 1) / points
+        curve: FloatArray = kinematics.chain_points(bending, self.robot.lengths, frames, fractions)
         return curve
 
     def get_state(self) -> dict[str, Any]:

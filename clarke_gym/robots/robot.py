@@ -210,7 +210,7 @@ class Robot:
         """Number of tendons N of the whole robot."""
         return sum(self.n_tendons)
 
-    @property
+    @cached_property
     def length_m(self) -> float:
         """Length of the straight robot [m]."""
         return sum(segment.length_m for segment in self.segments)

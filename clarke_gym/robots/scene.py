@@ -112,26 +112,59 @@ def axis_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
     >>> axis_distance(np.array([[0.0, 0.0, 0.1]]), bar).round(9)
     array([[0.09]])
     """
-    place, start = np.moveaxis(points, -1, 0), np.moveaxis(numbers[..., :3], -1, 0)
-    axis = np.moveaxis(numbers[..., 3:6], -1, 0) - start
-    square = axis[0] ** 2 + axis[1] ** 2 + axis[2] ** 2
-    # A sphere's axis of length 0 leaves all projections at 0.
-    inverse = 1.0 / np.where(square > 0.0, square, 1.0)
-    x, y, z = (p[..., None, :] - s[..., None] for p, s in zip(place, start, strict=True))
-    reach = x * axis[0][..., None]
-    reach += y * axis[1][..., None]
-    reach += z * axis[2][..., None]
-    along = np.minimum(np.maximum(reach * inverse[..., None], 0.0), 1.0)
-    x -= along * axis[0][..., None]
-    y -= along * axis[1][..., None]
-    z -= along * axis[2][..., None]
-    x *= x
-    y *= y
-    z *= z
-    x += y
-    x += z
-    distance: FloatArray = np.sqrt(x, out=x)
-    distance -= numbers[..., 6, None]
+    forms, sizes = _forms(numbers)
+    lead = np.broadcast_shapes(points.shape[:-2], numbers.shape[:-2])
+    return _distance(points, forms, sizes, _Room(lead, points.shape[-2], numbers.shape[-2]))
+
+
+def _forms(numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what capsules (..., K, 7) are to points, whatever these are.
+
+    Of the numbers (x, y, z, their square, 1) of a point each is a linear form, (2, ..., K, 5): how
+    far along each axis it is [m], and the square of its distance from the axis' start. Then the
+    length and the radius of each, (2, ..., K, 1).
+    """
+    start, radius = numbers[..., :3], numbers[..., 6]
+    axis = numbers[..., 3:6] - start
+    length = np.sqrt(np.vecdot(axis, axis))
+    # A sphere's axis of length 0 leaves all points at its start.
+    axis = axis / np.where(length > 0.0, length, 1.0)[..., None]
+    forms = np.zeros((2, *length.shape, 5))
+    forms[0, ..., :3], forms[0, ..., 4] = axis, -np.vecdot(axis, start)
+    forms[1, ..., :3], forms[1, ..., 3] = -2.0 * start, 1.0
+    forms[1, ..., 4] = np.vecdot(start, start)
+    return forms, np.stack([length, radius])[..., None]
+
+
+class _Room:
+    """Memory for distances: fresh one for large batches costs more than the sums do."""
+
+    def __init__(self, lead: tuple[int, ...], points: int, bodies: int) -> None:
+        self.lifted = np.empty((5, *lead, points))
+        self.lifted[4] = 1.0
+        self.factor = np.moveaxis(self.lifted, 0, -2)
+        self.along, self.square, self.nearest = np.empty((3, *lead, bodies, points))
+
+
+def _distance(points: FloatArray, forms: FloatArray, sizes: FloatArray, room: _Room) -> FloatArray:
+    """Return how far points (..., P, 3) are from the surfaces of capsules, (..., K, P)."""
+    lifted, along, square, nearest = room.lifted, room.along, room.square, room.nearest
+    for k in range(3):
+        lifted[k] = points[..., k]
+    x, y, z = lifted[:3]
+    lifted[3] = x * x + y * y + z * z
+    # Products of a fixed size, one a robot: their bits do not depend on how many there are.
+    np.matmul(forms[0], room.factor, out=along)
+    np.matmul(forms[1], room.factor, out=square)
+    np.minimum(np.maximum(along, 0.0, out=nearest), sizes[0], out=nearest)
+    # What is left of it: s^2 - a^2 + (a - n)^2 = s^2 - n (2 a - n).
+    along += along
+    along -= nearest
+    along *= nearest
+    square -= along
+    np.maximum(square, 0.0, out=square)
+    distance: FloatArray = np.sqrt(square, out=square)
+    distance -= sizes[1]
     return distance
 
 
@@ -142,18 +175,22 @@ class Surroundings:
     ----------
     scene : Scene
     num_envs : int
+    hull_m : float
+        How far the robots reach from their backbones [m].
 
     Examples
     --------
     >>> scene = Scene((Capsule((0.0, 0.0, 0.5), (0.0, 0.0, 0.5), 0.1),))
-    >>> Surroundings(scene, 1).clearance(np.zeros((1, 2, 3)), 0.01).round(9)
+    >>> Surroundings(scene, 1, 0.01).clearance(np.zeros((1, 2, 3))).round(9)
     array([0.39])
     """
 
-    def __init__(self, scene: Scene, num_envs: int) -> None:
-        self.scene, self._num_envs = scene, num_envs
+    def __init__(self, scene: Scene, num_envs: int, hull_m: float) -> None:
+        self.scene, self._num_envs, self._hull_m = scene, num_envs, hull_m
         count = num_envs if scene.placed else 1
         self._numbers = np.tile(scene.numbers, (count, 1, 1))
+        self._forms, self._sizes = _forms(self._numbers)
+        self._rooms: dict[tuple[int, int], _Room] = {}
 
     @property
     def numbers(self) -> FloatArray:
@@ -163,16 +200,15 @@ class Surroundings:
     def place(self, rows: NDArray[np.intp], numbers: FloatArray) -> None:
         """Put the bodies around the robots `rows` to `numbers`, shape (R, K, 7)."""
         self._numbers[rows] = numbers
+        self._forms[:, rows], self._sizes[:, rows] = _forms(numbers)
 
-    def clearance(self, backbone: FloatArray, radius: float) -> FloatArray:
+    def clearance(self, backbone: FloatArray) -> FloatArray:
         """Return the smallest gap between each robot and its bodies.
 
         Parameters
         ----------
         backbone : ndarray, shape (B, P, 3)
             Points along the backbones [m].
-        radius : float
-            How far the robot reaches from its backbone [m].
 
         Returns
         -------
@@ -181,9 +217,16 @@ class Surroundings:
         """
         if not self.scene.bodies:
             return np.full(self._num_envs, np.inf)
-        gaps = np.empty(self._num_envs)
+        gaps, points = np.empty(self._num_envs), backbone.shape[1]
         for k in range(0, self._num_envs, CHUNK):  # more at once would leave the cache
             rows = slice(k, k + CHUNK)
-            bodies = self._numbers[rows] if self.scene.placed else self._numbers
-            gaps[rows] = axis_distance(backbone[rows], bodies).min(axis=(1, 2))
-        return gaps - radius
+            own = rows if self.scene.placed else slice(None)
+            size = min(CHUNK, self._num_envs - k), points
+            if size not in self._rooms:
+                self._rooms[size] = _Room(size[:1], points, len(self.scene.bodies))
+            found = _distance(
+                backbone[rows], self._forms[:, own], self._sizes[:, own], self._rooms[size]
+            )
+            gaps[rows] = found.min(axis=(1, 2))
+        gaps -= self._hull_m
+        return gaps

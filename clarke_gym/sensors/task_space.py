@@ -229,7 +229,8 @@ class Preview(_OfGoal):
         """Return the goals to come, one after the other."""
         del goal
         ahead = range(1, self.plant.task.previews + 1)
-        return np.hstack([state.goal_after(k)[:, self._goal.shown] for k in ahead])
+        goals = [state.goal_after(k)[:, self._goal.shown] for k in ahead]
+        return np.concatenate(goals, axis=1)
 
     @property
     def scale(self) -> float | FloatArray:

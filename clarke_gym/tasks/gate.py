@@ -85,7 +85,7 @@ class Gate(ObstructedTask):
             for x, y in ring * np.stack([np.cos(angles), np.sin(angles)], 1)
         ]
         self.scene = Scene(tuple(bars), placed=True, resized=True)
-        self._ring_m = ring
+        self._ring_m, self._half_opening = ring, math.tan(math.pi / self.n_bars)
         self._outside = BEYOND * (ring + self.bar_radius_m + self.hull_m)
 
     def places(self, parameters: FloatArray) -> FloatArray:
@@ -96,13 +96,13 @@ class Gate(ObstructedTask):
         self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
     ) -> list[FloatArray]:
         """Return the distance that is left [m]: by the straight tip, where bars are between."""
-        x, y = achieved[:, 0], achieved[:, 1]
-        ahead = desired[:, 0] * x + desired[:, 1] * y
-        aside = desired[:, 0] * y - desired[:, 1] * x
-        other = np.abs(np.arctan2(aside, ahead)) > math.pi / self.n_bars
-        outside = x * x + y * y > self._ring_m**2
-        top = np.array([0.0, 0.0, self.robot.length_m])
-        over = sum(np.linalg.norm(part[:, :3] - top, axis=1) for part in (achieved, desired))
+        x, y, z, _ = achieved.T
+        u, v, w, _ = desired.T
+        ahead, aside = u * x + v * y, u * y - v * x
+        other = self._half_opening * ahead < np.abs(aside)
+        flat = x * x + y * y
+        outside, top = flat > self._ring_m**2, self.robot.length_m
+        over = np.sqrt(flat + (z - top) ** 2) + np.sqrt(u * u + v * v + (w - top) ** 2)
         return [np.where(other & outside, over, errors[0])]
 
     def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -68,7 +68,7 @@ class ObstructedTask(CostedTask):
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip position and the depth inside a body [m]."""
         depth = np.minimum(np.maximum(-state.clearance, 0.0), 2.0 * self.hull_m)
-        return np.hstack([state.tip_position, depth[:, None]])
+        return np.concatenate([state.tip_position, depth[:, None]], axis=1)
 
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
         """Return the outcome of positions and depths [m], both (B, 4)."""

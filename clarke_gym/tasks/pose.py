@@ -86,7 +86,7 @@ class Pose(ShapedTask):
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip's position [m] and tangent."""
-        return np.hstack([state.tip_position, state.tip_tangent])
+        return np.concatenate([state.tip_position, state.tip_tangent], axis=1)
 
     def squares(self, achieved: FloatArray, desired: FloatArray) -> list[FloatArray]:
         """Return the squares of the distance [m^2] and of the chord between the tangents."""

@@ -12,9 +12,12 @@ from clarke_gym.control.controllers import (
     TipController,
     make_controller,
 )
+from clarke_gym.control.curl import TIGHTER, CurlController, curl
 from clarke_gym.control.manifold_interface import ManifoldInterface
 from clarke_gym.kinematics import bending_to_clarke
+from clarke_gym.physics.base import hull_radius
 from clarke_gym.representations import representation_names
+from clarke_gym.robots import make_robot
 
 
 def errors(name, goals=100, **kwargs):
@@ -125,6 +128,30 @@ def test_observations_are_read_in_si_units():
     np.testing.assert_allclose(
         now.displacement, face.physics.state.displacement_vector.clarke, rtol=0, atol=1e-8
     )
+
+
+def test_curling_lays_what_is_above_the_axis_on_the_cylinder():
+    robot, radius = make_robot("two_segment", max_bending_rad=3.0), 0.03
+    bar = np.array(
+        [[0.0, 0.1, 0.15, 0.0, 0.1, 0.15, radius], [0.1, 0.0, 0.25, 0.1, 0.0, 0.25, 0.2]]
+    )
+    first, second = curl(robot, bar)
+    around = TIGHTER / (radius + hull_radius(robot))
+    np.testing.assert_allclose(first, [[0.0, 0.05 * around], [0.0, 3.0]], rtol=1e-12)
+    np.testing.assert_allclose(second[0], 0.0, atol=1e-12)  # below the axis
+    assert second[1, 0] == pytest.approx(TIGHTER * 0.15 / (0.2 + hull_radius(robot)))
+
+
+def test_curling_winds_round_every_cylinder_and_holds_against_the_pull():
+    env = gym.make_vec("clarke_gym/Wrap-v0", num_envs=4, n_tendons=3, representation="clarke")
+    controller = make_controller("clarke_controller", env)
+    assert isinstance(controller, CurlController)
+    observation, info = env.reset(seed=11)
+    for _ in range(80):  # the pull begins after 60
+        observation, _, _, _, info = env.step(controller.act(observation))
+    assert info["is_success"].all()
+    with pytest.raises(ValueError, match="Reach has none"):
+        CurlController(gym.make("clarke_gym/Reach-v0"))
 
 
 def test_mistakes_are_named():

@@ -10,6 +10,9 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
 from clarke_gym import kinematics
+from clarke_gym.numerics.batch import One
+from clarke_gym.physics.constant_curvature import ConstantCurvature
+from clarke_gym.robots import Robot, Segment
 
 ANGLES = [0.0, 1e-300, 1e-160, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 2.0, 3.0, 4.5, 6.0, 2 * np.pi]
 
@@ -202,3 +205,21 @@ def test_bad_shapes_are_refused():
         kinematics.forward(np.zeros((3, 2)), [0.1, 0.1])
     with pytest.raises(TypeError, match="real numbers"):
         kinematics.segment_pose(np.array(["a", "b"]), 0.2)
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3])
+def test_a_robots_backbone_is_that_of_its_bends_for_one_and_for_many_to_the_bit(segments):
+    robot = Robot((Segment(n_tendons=3),) * segments)
+    rng = np.random.default_rng(segments)
+    bending = rng.uniform(-1.0, 1.0, (5, segments, 2))
+    clarke = kinematics.bending_to_clarke(bending, robot.pitch_radii)
+    many = ConstantCurvature(robot, 5, 0.05)
+    many.reset(np.arange(5), clarke)
+    curves = many.backbone(4)
+    np.testing.assert_allclose(
+        curves, kinematics.backbone(bending, robot.lengths, 4), rtol=0, atol=1e-15
+    )
+    for row in range(5):
+        one = ConstantCurvature(robot, One(), 0.05)
+        one.reset(np.array([0]), clarke[row : row + 1])
+        np.testing.assert_array_equal(one.backbone(4)[0], curves[row])

@@ -16,7 +16,7 @@ from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.checks import check_choice, check_count, check_vector
 from clarke_gym.numerics.linear_map import map_rows
-from clarke_gym.physics.base import DISK_RIM_M, RobotState
+from clarke_gym.physics.base import DISK_RIM_M, RobotState, hull_radius
 from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
@@ -171,7 +171,7 @@ class MujocoPhysics:
         _check_possible(robot, payload_kg)
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
         self.robot, self.batch = robot, as_batch(batch)
-        self.surroundings = Surroundings(scene, self.batch.size)
+        self.surroundings = Surroundings(scene, self.batch.size, hull_radius(robot))
         longest = min(numbers.sim_dt_s, CONTACT_DT_S) if scene.bodies else numbers.sim_dt_s
         self._substeps = substeps(control_dt, sim_dt_s, longest)
         self._sim_dt = control_dt / self._substeps
