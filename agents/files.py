@@ -28,6 +28,8 @@ ROOT = Path(__file__).resolve().parents[1]
 """The checkout."""
 
 CONFIG, MANIFEST, EVALS = "config.yaml", "manifest.json", "evals.npz"
+GOALS = "goal_position_m"  # array of EVALS
+TRIALS = "tuning.csv"
 """Files of a run folder: what was asked for, where results come from, and the results."""
 
 DONE, FAILED = "DONE", "FAILED"
