@@ -93,6 +93,7 @@ class _Recorder(BaseCallback):
         return time.process_time() - self._cpu_0
 
     def _on_step(self) -> bool:
+        self._diagnostics.after_step()
         return True
 
     def _on_rollout_start(self) -> None:

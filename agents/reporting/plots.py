@@ -148,7 +148,16 @@ def auc_points(summary: Summary, footer: str) -> Figure:
         return panel.figure
 
 
-SHOWN_INSIDE = ("noise_on", "noise_off", "approx_kl", "clip_fraction")
+SHOWN_INSIDE = (
+    "noise_on",
+    "noise_off",
+    "command_off",
+    "capped",
+    "slack",
+    "approx_kl",
+    "clip_fraction",
+)
+"""What is drawn of the inside of runs, as far as it is known."""
 
 
 def inside(summary: Summary, footer: str) -> Figure | None:
@@ -156,13 +165,12 @@ def inside(summary: Summary, footer: str) -> Figure | None:
     rows = load_inside(summary.study)
     if not rows:
         return None
+    shown = [name for name in SHOWN_INSIDE if any(name in row.values for row in rows)]
     with house_style():
         title = "Inside the runs: means over seeds"
-        panel, cells = small_multiples(
-            summary, footer, title, len(SHOWN_INSIDE), label_room(summary)
-        )
+        panel, cells = small_multiples(summary, footer, title, len(shown), label_room(summary))
         for cell in cells:
-            for ax, name in zip(cell.axes, SHOWN_INSIDE, strict=True):
+            for ax, name in zip(cell.axes, shown, strict=True):
                 ends = {}
                 for row in (row for row in rows if cell.holds(row) and name in row.values):
                     arm, values = row.representation, row.values[name]

@@ -60,7 +60,8 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
     (
         "inside",
         "Inside the runs: length of noise and mean actions in Clarke coordinates, on and off the "
-        "manifold, and how far updates went; means over seeds.",
+        "manifold; commands off it, over the co-contraction limit that they may reach; slack "
+        "tendons; and how far updates went. Means over seeds.",
         plots.inside,
     ),
     (
