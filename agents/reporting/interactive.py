@@ -11,7 +11,8 @@ from matplotlib.markers import MarkerStyle
 
 from agents.reporting.bands import Band
 from agents.reporting.bootstrap import Array
-from agents.reporting.marks import Mark, marks_of, panels_of
+from agents.reporting.marks import Mark, marks_of
+from agents.reporting.multiples import parts
 from agents.reporting.summary import Summary
 from agents.reporting.wording import metric_text
 
@@ -92,20 +93,17 @@ def curves_data(summary: Summary) -> dict[str, Any]:
         Plain data; numbers have four significant digits, NaN is None.
     """
     study = summary.study
-    groups = panels_of(study.representations)
     order = {name: i for i, name in enumerate(study.representations)}
     panels = []
-    for task in study.tasks:
+    for task, heading, names in parts(study):
         metric = study.leading_of(task)
-        for i, names in enumerate(groups):
-            here = [b for b in summary.bands if b.task == task and b.representation in names]
-            drawn = [
-                [_curve(b, order[b.representation]) for b in here if (b.metric is None) is success]
-                for success in (True, False)
-            ]
-            part = f" ({i + 1} of {len(groups)})" if len(groups) > 1 else ""
-            quantities = ["success rate", metric.with_unit() if metric else ""]
-            panels.append({"title": task + part, "quantities": quantities, "curves": drawn})
+        here = [b for b in summary.bands if b.task == task and b.representation in names]
+        drawn = [
+            [_curve(b, order[b.representation]) for b in here if (b.metric is None) is success]
+            for success in (True, False)
+        ]
+        quantities = ["success rate", metric.with_unit() if metric else ""]
+        panels.append({"title": heading, "quantities": quantities, "curves": drawn})
     return {
         "arms": [_arm(*pair) for pair in marks_of(study.representations).items()],
         "quantities": ["success rate", metric_text(study)][: 1 + bool(study.leading)],

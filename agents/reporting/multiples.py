@@ -9,7 +9,7 @@ from agents.reporting.bands import Band
 from agents.reporting.house_style import LONGEST, Panel, legend_below
 from agents.reporting.inside import Inside
 from agents.reporting.marks import Mark, marks_of, panels_of
-from agents.reporting.results import Arm
+from agents.reporting.results import Arm, Study
 from agents.reporting.summary import Summary
 
 
@@ -31,23 +31,47 @@ class Cell:
         return arm.task == self.task and arm.representation in self.marks
 
 
+def parts(study: Study) -> list[tuple[str, str, list[str]]]:
+    """Divide a study into panels.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    list of (task, heading, names of arms)
+        Panels that would show no arm of their task, or the baseline alone, are left out.
+    """
+    found = []
+    for task in study.tasks:
+        present = {arm.representation for arm in study.of_task(task)}
+        groups = panels_of(study.representations)
+        groups = [names for names in groups if present & set(names[1:])] or groups[:1]
+        for i, names in enumerate(groups):
+            part = f" ({i + 1} of {len(groups)})" if len(groups) > 1 else ""
+            found.append((task, task + part, names))
+    return found
+
+
 def small_multiples(
     summary: Summary, footer: str, title: str, per_task: int = 1, extra: float = 0.0
 ) -> tuple[Panel, list[Cell]]:
     """Make `per_task` axes for every task and panel of arms, `extra` inches wider than usual."""
     study, marks = summary.study, marks_of(summary.study.representations)
-    groups = panels_of(study.representations)
-    cells = [(task, names) for task in study.tasks for names in groups]
-    several = len(groups) > 1
-    columns = _columns(len(groups) if several else len(cells))  # panels of a task side by side
+    cells, tasks = parts(study), len(study.tasks)
+    several = len(panels_of(study.representations)) > 1
+    side_by_side = len(cells) // tasks  # panels of a task
+    columns = _columns(side_by_side if side_by_side > 1 else len(cells))
     blocks = -(-len(cells) // columns)
+    most = max(len(names) for _, _, names in cells)
     panel = Panel(
         title,
         footer,
         {} if several else marks,
         rows=per_task * blocks,
         columns=columns,
-        cell=(3.6 + extra, 2.7 + (0.17 * len(groups[-1]) / per_task if several else 0.0)),
+        cell=(3.6 + extra, 2.7 + (0.17 * most / per_task if several else 0.0)),
     )
     made = []
     for i in range(blocks * columns):
@@ -57,10 +81,9 @@ def small_multiples(
             for ax in stack:
                 ax.remove()
             continue
-        task, names = cells[i]
+        task, heading, names = cells[i]
         own = {name: marks[name] for name in names}
-        part = f" ({i % len(groups) + 1} of {len(groups)})" if several else ""
-        stack[0].set_title(task + part)
+        stack[0].set_title(heading)
         if several:
             legend_below(stack[-1], own)
         made.append(Cell(task, own, stack))

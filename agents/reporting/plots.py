@@ -107,7 +107,7 @@ def wall_clock(summary: Summary, footer: str) -> Figure | None:
         panel, cells = small_multiples(summary, footer, title)
         for cell in cells:
             (ax,) = cell.axes
-            for arm in filter(cell.holds, study.arms):
+            for arm in filter(cell.holds, study.of_task(cell.task)):
                 timed = [(r.wall_s, e) for r, e in arm.done if r.wall_s is not None]
                 if timed:
                     seconds = np.median([wall for wall, _ in timed], axis=0)

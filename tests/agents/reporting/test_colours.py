@@ -9,7 +9,9 @@ import pytest
 from agents.files import ROOT
 from agents.reporting import plots
 from agents.reporting.committed import load_committed
+from agents.reporting.loading import load_study
 from agents.reporting.marks import MARKS, MOST, PALETTE, marks_of, panels_of
+from agents.reporting.multiples import parts
 from agents.reporting.report import FIGURES
 from agents.reporting.summary import summarise
 
@@ -115,3 +117,18 @@ def test_arms_of_every_panel_of_committed_studies_are_apart(folder):
             assert len(found) in counts, (draw, ax)  # one colour an arm
             for seen in colours.SEEN:
                 assert_apart(found, seen)
+
+
+def test_panels_without_an_arm_of_their_task_are_left_out(make_study):
+    early, late = ([f"{when} {i}" for i in range(6)] for when in ("early", "late"))
+    tasks = {"t": ["raw", *early], "u": ["raw", *late], "v": ["raw"]}
+    folder = make_study({task: dict.fromkeys(names, 1.0) for task, names in tasks.items()}, 1)
+    study = load_study(folder)
+    assert parts(study) == [
+        ("t", "t", ["raw", *early]),
+        ("u", "u", ["raw", *late]),
+        ("v", "v", ["raw", *early]),
+    ]
+    axes = plots.auc_points(summarise(study, seed=0, reps=2), "").axes
+    assert [ax.get_title() for ax in axes] == ["t", "u", "v"]
+    assert [len(drawn(ax)) for ax in axes] == [7, 7, 1]
