@@ -28,11 +28,11 @@ test: $(STAMP)  ## the whole test suite
 	@echo "==> running the tests"
 	@$(BIN)/python -m pytest -n auto
 
-test-browser: $(STAMP)  ## the explorer in chromium, and its JavaScript in node
+test-browser: $(STAMP)  ## the explorer and reports in chromium, and the explorer's JavaScript in node
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group browser
 	@for tool in chromium node; do command -v $$tool >/dev/null \
 	  || { echo "$$tool is missing; on Debian: apt-get install chromium nodejs"; exit 1; }; done
-	@$(BIN)/python -m pytest tests/explorer
+	@$(BIN)/python -m pytest tests/explorer tests/agents/reporting/test_interactive.py
 
 test-cluster: $(STAMP)  ## studies on a real Ray cluster of two nodes on this machine
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group cluster

@@ -206,6 +206,7 @@ def _study(command: Study) -> int:
 
 def _tune(command: Tune) -> int:
     from agents.learning.config import load_config
+    from agents.reporting.tuning import write_tuning
     from agents.studies.config import StudyConfig
     from agents.studies.tuning import WINNERS, tune
 
@@ -217,6 +218,8 @@ def _tune(command: Tune) -> int:
     if ends["unfinished"]:
         print(f"{ends['unfinished']} runs unfinished; the same command continues them")
         return 1
+    arms = {name: (task.label, shown.label) for name, shown, task in config.arms()}
+    write_tuning(folder, arms)
     print(f"every trial: {folder}; the winners: {folder / WINNERS}")
     return 0
 

@@ -30,6 +30,12 @@ ROOT = Path(__file__).resolve().parents[1]
 CONFIG, MANIFEST, EVALS = "config.yaml", "manifest.json", "evals.npz"
 """Files of a run folder: what was asked for, where results come from, and the results."""
 
+GOALS = "goal_position_m"
+"""Array of the results: where the held-out goals are."""
+
+TRIALS = "tuning.csv"
+"""File of a tuning: every trial."""
+
 DONE, FAILED = "DONE", "FAILED"
 """Marker files of a run folder: finished (the SHA-256 of its manifest), and a policy that is no
 longer finite (the reason). DONE wins over FAILED."""

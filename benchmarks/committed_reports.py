@@ -14,11 +14,12 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from agents.files import write_bytes, write_text
+from agents.files import TRIALS, write_bytes, write_text
 from agents.reporting.bootstrap import REPS
 from agents.reporting.committed import load_committed
 from agents.reporting.report import table_page, write_study
 from agents.reporting.summary import Summary, summarise
+from agents.reporting.tuning import write_tuning
 from agents.reporting.wording import steps_text, with_interval
 
 RESULTS = Path(__file__).resolve().parent.parent / "docs" / "results"
@@ -34,6 +35,9 @@ def rewrite(folder: Path) -> None:
         page = write_study(study, Path(place))
         for name in (name for name in KEPT if (folder / name).exists()):
             write_bytes(folder / name, (page.parent / name).read_bytes())
+    if (folder / TRIALS).exists():
+        arms = {arm.name: (arm.task, arm.representation) for arm in study.arms}
+        write_tuning(folder, arms, ("png", "svg"))
     for other in folder.glob("against_*"):
         against = replace(study, baseline=other.name.removeprefix("against_"))
         write_text(other / "table.md", table_page(against))

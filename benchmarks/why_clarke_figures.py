@@ -16,16 +16,16 @@ from agents.reporting.house_style import (
     INK,
     house_style,
     log_axis,
-    mark,
     rendered,
     steps_axis,
 )
 from agents.reporting.inside import TABLE, read_inside
+from agents.reporting.marks import MARKS
 from agents.reporting.statistics import iqm
 from benchmarks import why_clarke as why
 from benchmarks.committed_scores import DOCS, seeds
 
-BAR, REST = mark("clarke").colour, FAINT
+BAR, REST = MARKS["clarke"].colour, FAINT
 
 
 def _figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
@@ -42,7 +42,7 @@ def waterfall() -> Figure:
     names = ["raw", *(what for _, what in why.PATH), "clarke"]
     level = float(iqm(arms["raw"].auc))
     start = level
-    ax.barh(0, level, color=mark("raw").colour, height=0.6)
+    ax.barh(0, level, color=MARKS["raw"].colour, height=0.6)
     before = "raw"
     for y, (arm, _) in enumerate(why.PATH, 1):
         change = why.effect(arm, before)
@@ -55,7 +55,7 @@ def waterfall() -> Figure:
             f"{change.estimate:+.3f}", (1.01, y), xycoords=("axes fraction", "data"), va="center"
         )
         before = arm
-    ax.barh(len(names) - 1, level, color=mark("clarke").colour, height=0.6)
+    ax.barh(len(names) - 1, level, color=MARKS["clarke"].colour, height=0.6)
     for y, value in ((0, start), (len(names) - 1, level)):
         ax.annotate(f"{value:.3f}", (1.01, y), xycoords=("axes fraction", "data"), va="center")
     ax.set_yticks(range(len(names)), names)
@@ -86,7 +86,7 @@ def inside() -> Figure:
     figure, axes = _figure(8.4, 2.7, len(QUANTITIES))
     for ax, (name, label) in zip(axes, QUANTITIES, strict=True):
         for arm in SHOWN:
-            m = mark(arm)
+            m = MARKS[arm]
             ax.plot(
                 rows[arm].env_steps,
                 rows[arm].values[name],
@@ -112,7 +112,7 @@ def law() -> Figure:
         values = function(grid, fits[name].parameter.estimate)
         ax.plot(grid, values, color=FAINT, ls=line, lw=1.2, label=f"{name} law")
     for arm, place in (("raw", "raw"), ("repaired", "scaled marginal")):
-        m = mark(place)
+        m = MARKS[place]
         for n, ratio in why.ratios(arm).items():
             held = arm == "raw" and n == why.HELD_OUT
             face = "white" if held else m.colour

@@ -21,6 +21,13 @@ from clarke_gym.numerics.arrays import FloatArray
 
 FILE = "diagnostics.npz"
 
+OF_STEPS = ("command_off", "capped", "slack")
+"""Commands off the manifold over the co-contraction limit, share of them there, and of steps with a
+slack tendon."""
+
+AT_CAP = 0.999
+"""From this on a command is held at the co-contraction limit: it was asked to go further."""
+
 _PREFIX = "train/"
 
 Rows = dict[str, list[Any]]
@@ -43,6 +50,7 @@ class Diagnostics:
         self.rows = rows
         self._model = model
         env: Any = vec_env.env.unwrapped
+        self._physics, self._cap = env.physics, env.robot.max_cocontraction_m
         self._representation, robot = env.action_representation, env.robot
         self._segments, self._increments = robot.n_segments, env.control == "increment"
         decoder = self._representation.decoder
@@ -50,11 +58,27 @@ class Diagnostics:
         off = decoder - robot.decoder @ self._onto
         self._off = off * np.sqrt(2.0 / np.repeat(robot.n_tendons, robot.n_tendons))[:, None]
         self._along = np.linalg.pinv(self._onto) @ self._onto  # the directions that matter
+        self._of_steps: list[list[float]] = []
         self._of_rollout: dict[str, float] = {}
+
+    def after_step(self) -> None:
+        """Look at what the drives are told: how far off the manifold, and what that slackens."""
+        if not isinstance(self._model, OnPolicyAlgorithm):
+            return  # their rows are no unit of their checkpoints: what is summed would be lost
+        state = self._physics.state
+        off = state.command_vector.off_manifold  # (N, B); None where nothing can leave it
+        most = np.zeros(1) if off is None else np.abs(off).max(axis=0) / self._cap
+        seen = [float(most.mean()), float((most > AT_CAP).mean())]
+        if "tension" in self._physics.OFFERS:
+            seen.append(float((state.tension <= 0.0).any(axis=1).mean()))
+        self._of_steps.append(seen)
 
     def after_rollout(self) -> None:
         """Look at what was collected for the next update: actions, their means, their noise."""
         model = self._model
+        means_of_steps = np.mean(self._of_steps, axis=0).tolist() if self._of_steps else []
+        self._of_rollout = dict(zip(OF_STEPS, means_of_steps, strict=False))
+        self._of_steps = []
         if not isinstance(model, OnPolicyAlgorithm) or self._representation.polar:
             return
         buffer, policy = model.rollout_buffer, model.policy
@@ -63,7 +87,7 @@ class Diagnostics:
         noise = actions - means
         taken = np.clip(actions, -1.0, 1.0)
         reached = (taken @ self._onto.T).reshape(-1, self._segments, 2)
-        self._of_rollout = {
+        self._of_rollout |= {
             "mean_on": _length(means @ self._onto.T),
             "mean_off": _length(means @ self._off.T),
             "noise_on": _length(noise @ self._onto.T),

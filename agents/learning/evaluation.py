@@ -82,6 +82,23 @@ class HeldOutEvaluation:
             "episode_return": total,
         }
 
+    def goal_positions(self) -> NDArray[np.float64] | None:
+        """Return where the held-out goals are [m], shape (n_goals, 3).
+
+        Returns
+        -------
+        ndarray or None
+            The last position where a goal has several, as a shape has its tip; None where goals
+            are no places, or move.
+        """
+        env: Any = self.env.unwrapped
+        goal = env.task.goal
+        if goal is None or env.task.goal_moves or not len(goal.positions):
+            return None
+        self.env.reset(seed=HELD_OUT_SEED)
+        positions: NDArray[np.float64] = env.goal[:, goal.positions[-1]]
+        return positions
+
     def close(self) -> None:
         """Close the environment."""
         self.env.close()

@@ -21,7 +21,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.torch_layers import CombinedExtractor
 
 from agents import files, yaml_files
-from agents.files import CONFIG, DONE, EVALS, FAILED, MANIFEST, ConfigError
+from agents.files import CONFIG, DONE, EVALS, FAILED, GOALS, MANIFEST, ConfigError
 from agents.learning import checkpoint, diagnostics, policies
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig
@@ -93,6 +93,7 @@ class _Recorder(BaseCallback):
         return time.process_time() - self._cpu_0
 
     def _on_step(self) -> bool:
+        self._diagnostics.after_step()
         return True
 
     def _on_rollout_start(self) -> None:
@@ -155,6 +156,8 @@ class _Recorder(BaseCallback):
         files.write_text(self._folder / METRICS_FILE, metrics_text(self._evaluation.metrics))
         arrays = {name: np.stack([e[name] for e in self._evals]) for name in self._evals[0]}
         arrays = {"env_steps": np.array(self._steps, np.int64), **arrays}
+        goals = self._evaluation.goal_positions()
+        arrays |= {} if goals is None else {GOALS: goals}
         files.write_bytes(self._folder / EVALS, files.npz_bytes(arrays))
         inside = self._diagnostics.arrays()
         files.write_bytes(self._folder / diagnostics.FILE, files.npz_bytes(inside))

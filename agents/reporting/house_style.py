@@ -1,10 +1,8 @@
-"""House style of every figure: colours, marks, layout and the reporting footer."""
+"""House style of every figure: fonts, layout, axes, labels and the reporting footer."""
 
 import io
 import textwrap
-import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib as mpl
@@ -15,6 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter
+
+from agents.reporting.marks import Mark
 
 RC: Any = {
     "font.family": "DejaVu Sans",
@@ -37,65 +37,27 @@ RC: Any = {
 }
 INK, FAINT = "#222222", "#666666"
 TITLE_IN, LEGEND_ROW_IN, FOOTER_ROW_IN = 0.34, 0.24, 0.14  # heights of the bands, inches
+LABEL_ROW = 0.068  # height of a label at a line's end, of the axes
+LONGEST = 26  # characters of such a label
 
 
-@dataclass(frozen=True)
-class Mark:
-    """How one representation is drawn, always the same."""
-
-    colour: str
-    line: Any
-    marker: str
-
-
-DASHED, DOTTED, DASHDOT, LONG = (0, (5, 2)), (0, (1, 1.3)), (0, (5, 2, 1, 2)), (0, (9, 3))
-# Any two are apart by CIEDE2000 >= 12 for protanopes and deuteranopes, too (tested); line and
-# marker differ as well, so nothing rests on colour alone.
-MARKS = {
-    "raw": Mark("#D55E00", "-", "s"),
-    "raw_scaled": Mark("#8C2819", LONG, "d"),
-    "clarke": Mark("#0072B2", "-", "o"),
-    "projected": Mark("#E69F00", DASHED, "D"),
-    "rotated": Mark("#56B4E9", DASHED, "^"),
-    "two_tendon": Mark("#009E73", DASHDOT, "v"),
-    "random_basis": Mark("#CC79A7", DASHDOT, "P"),
-    "arc_polar": Mark("#882255", DOTTED, "X"),
-    "clarke_common": Mark("#2A01C4", DOTTED, "p"),
-    "antagonistic": Mark("#39201F", LONG, "h"),
-    "scaled marginal": Mark("#74D2AF", DASHDOT, ">"),
-    "repaired": Mark("#74D2AF", DASHDOT, ">"),
-}
-SPARE_COLOURS = ("#117733", "#AA4499", "#44AA99", "#661100", "#888888", "#000000")
-SPARE_LINES = (DASHED, DASHDOT, DOTTED, LONG)
-SPARE_MARKERS = ("<", ">", "*", "d", "8")
-
-
-def mark(representation: str) -> Mark:
-    """Return the mark of a representation; an unknown name gets one derived from its letters.
-
-    Examples
-    --------
-    >>> mark("clarke").colour, mark("new") == mark("new")
-    ('#0072B2', True)
-    """
-    if representation in MARKS:
-        return MARKS[representation]
-    code = zlib.crc32(representation.encode())  # hash() differs from one process to the next
-    return Mark(
-        SPARE_COLOURS[code % len(SPARE_COLOURS)],
-        SPARE_LINES[code // 8 % len(SPARE_LINES)],
-        SPARE_MARKERS[code // 64 % len(SPARE_MARKERS)],
-    )
+def _keys(marks: Mapping[str, Mark]) -> list[Line2D]:
+    return [
+        Line2D([], [], color=m.colour, ls=m.line, marker=m.marker, ms=4) for m in marks.values()
+    ]
 
 
 class Panel:
-    """A grid of axes under a title and a legend, above the reporting footer."""
+    """A grid of axes under a title and a legend, above the reporting footer.
+
+    Without `marks` there is no legend: then axes have their own (`legend_below`).
+    """
 
     def __init__(
         self,
         title: str,
         footer: str,
-        representations: Sequence[str],
+        marks: Mapping[str, Mark],
         *,
         rows: int = 1,
         columns: int = 1,
@@ -103,8 +65,8 @@ class Panel:
     ) -> None:
         width = max(columns * cell[0], 6.4)
         notes = textwrap.wrap(footer, int(width * 21))
-        per_row = max(1, int(width / (0.75 + 0.075 * max(map(len, representations), default=1))))
-        legend_rows = -(-len(representations) // per_row)
+        per_row = max(1, int(width / (0.75 + 0.075 * max(map(len, marks), default=1))))
+        legend_rows = -(-len(marks) // per_row)
         top = TITLE_IN + LEGEND_ROW_IN * legend_rows
         bottom = FOOTER_ROW_IN * (len(notes) + 1)
         height = rows * cell[1] + top + bottom
@@ -119,17 +81,71 @@ class Panel:
         self.figure.text(
             edge, 0.07 / height, "\n".join(notes), va="bottom", fontsize=6.5, color=FAINT
         )
-        marks = [mark(name) for name in representations]
-        self.figure.legend(
-            [Line2D([], [], color=m.colour, ls=m.line, marker=m.marker, ms=4) for m in marks],
-            representations,
-            loc="upper left",
-            bbox_to_anchor=(0.0, 1 - (TITLE_IN - 0.02) / height),
-            ncols=per_row,
-            frameon=False,
-            handlelength=2.6,
-        ).set_in_layout(False)
+        if marks:
+            self.figure.legend(
+                _keys(marks),
+                list(marks),
+                loc="upper left",
+                bbox_to_anchor=(0.0, 1 - (TITLE_IN - 0.02) / height),
+                ncols=per_row,
+                frameon=False,
+                handlelength=2.6,
+            ).set_in_layout(False)
         self.axes: list[list[Axes]] = self.figure.subplots(rows, columns, squeeze=False).tolist()
+
+
+def legend_below(ax: Axes, marks: Mapping[str, Mark]) -> None:
+    """Put a legend of its own under the axes of a small multiple."""
+    ax.legend(
+        _keys(marks),
+        list(marks),
+        loc="upper left",
+        bbox_to_anchor=(-0.12, -0.24),
+        frameon=False,
+        fontsize=7.5,
+        handlelength=2.6,
+    )
+
+
+def label_ends(ax: Axes, ends: Mapping[str, tuple[float, float, Mark]]) -> None:
+    """Write names right of the axes, at the height of their lines' ends, none over another.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its limits and scales as they will be.
+    ends : mapping
+        Name -> last x and y of its line, and its mark.
+    """
+    ax.get_ylim()  # settles limits that follow from data
+    within = ax.transData + ax.transAxes.inverted()
+    places = {name: tuple(within.transform((x, y))) for name, (x, y, _) in ends.items()}
+    order = sorted(ends, key=lambda name: places[name][1])
+    heights = np.clip([places[name][1] for name in order], 0.0, 1.0)
+    room = LABEL_ROW * np.arange(len(order))  # labels below the k-th, at least
+    heights = np.maximum.accumulate(heights - room) + room
+    heights = np.minimum(heights, 1.0 - room[::-1])
+    for name, height in zip(order, heights, strict=True):
+        colour = ends[name][2].colour
+        ax.annotate(
+            name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…",
+            places[name],
+            (1.06, height),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            va="center",
+            fontsize=7,
+            color=INK,
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "lw": 0.8,
+                "relpos": (0.0, 0.5),
+                "shrinkA": 0,
+                "shrinkB": 0,
+            },
+            annotation_clip=False,
+        )
 
 
 FORMATS = ("png", "svg", "pdf")

@@ -1,10 +1,11 @@
-"""The report as one self-contained HTML page: no script, nothing fetched."""
+"""The report as one self-contained HTML page: one script of its own, nothing fetched."""
 
 import base64
 from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 
+from agents.reporting.interactive import POLICY, STYLE, interactive
 from agents.reporting.summary import Summary
 from agents.reporting.tables import Rows, arm_table, comparison_table, trend_table
 from agents.reporting.wording import answer, reporting_block, verdict, warnings
@@ -163,8 +164,9 @@ def page(summary: Summary, pictures: Iterable[Picture]) -> str:
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
 <title>{escape(study.title)}</title>
-<style>{CSS}</style>
+<style>{CSS}{STYLE}</style>
 </head>
 <body>
 <main>
@@ -174,6 +176,7 @@ def page(summary: Summary, pictures: Iterable[Picture]) -> str:
 {_answers(summary)}
 {alerts}
 <h2>Figures</h2>
+{interactive(summary)}
 {"".join(map(_picture, pictures))}
 <h2>Numbers</h2>
 {_table(arm_table(summary), "Every arm")}

@@ -22,6 +22,9 @@ LABELS = {
     "noise_off": "noise off the manifold",
     "mean_on": "mean action on the manifold",
     "saturated": "share of steps at the speed limit",
+    "command_off": "command off the manifold / its limit",
+    "capped": "share of commands at that limit",
+    "slack": "share of steps with a slack tendon",
     "approx_kl": "approximate KL an update",
     "clip_fraction": "share of ratios clipped",
     "gradient_head_on": "gradient of the mean, on the manifold",
@@ -111,7 +114,7 @@ def read_inside(path: Path) -> list[Inside]:
                 {
                     name: np.array([float(row[name]) for row in rows])
                     for name in LABELS
-                    if rows[0][name]
+                    if rows[0].get(name)  # earlier reports knew fewer
                 },
             )
             for key, rows in arms.items()

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.files import DONE, EVALS, FAILED, MANIFEST, ConfigError, damage, run_folder
+from agents.files import DONE, EVALS, FAILED, GOALS, MANIFEST, ConfigError, damage, run_folder
 from agents.metrics import FILE as METRICS_FILE
 from agents.metrics import Metric, read_metrics
 from agents.reporting.results import Arm, Array, Evals, Reference, ResultsError, Run, Status, Study
@@ -31,7 +31,7 @@ def _key(data: Mapping[str, Any], key: str, kind: type | tuple[type, ...], where
 
 
 _ALWAYS = ("env_steps", "is_success", "episode_return")
-"""Arrays of every ``evals.npz``; the others are metrics."""
+"""Arrays of every ``evals.npz``; the others are metrics, and `GOALS` where goals are places."""
 
 
 def _metrics(run: Path, arrays: Iterable[str]) -> tuple[Metric, ...]:
@@ -42,7 +42,7 @@ def _metrics(run: Path, arrays: Iterable[str]) -> tuple[Metric, ...]:
     """
     path = run / METRICS_FILE
     if not path.is_file():
-        return tuple(Metric.from_name(name) for name in arrays if name not in _ALWAYS)
+        return tuple(Metric.from_name(name) for name in arrays if name not in (*_ALWAYS, GOALS))
     try:
         return read_metrics(path)
     except (OSError, ValueError, TypeError) as error:
@@ -67,6 +67,7 @@ def load_evals(path: Path) -> Evals:
                     arrays[key] = np.asarray(file[key])
                 except (KeyError, ValueError) as error:
                     raise ResultsError(f"{path}: key '{key}': {error}") from error
+            goals = np.asarray(file[GOALS], float) if GOALS in file.files else None
     except ResultsError:
         raise
     except (OSError, EOFError, ValueError, AttributeError, zipfile.BadZipFile) as error:
@@ -80,6 +81,8 @@ def load_evals(path: Path) -> Evals:
             raise ResultsError(f"{path}: key '{key}' has shape {array.shape}, not (evals, goals)")
         if array.dtype.kind not in "biuf" or not np.isfinite(array).all():
             raise ResultsError(f"{path}: key '{key}' holds values that are not finite numbers")
+    if goals is not None and (goals.shape != (shape[1], 3) or not np.isfinite(goals).all()):
+        raise ResultsError(f"{path}: key '{GOALS}' must hold finite positions (goals, 3)")
     if not np.isin(arrays["is_success"], (0, 1)).all():
         raise ResultsError(f"{path}: key 'is_success' holds values other than true and false")
     return Evals(
@@ -88,6 +91,7 @@ def load_evals(path: Path) -> Evals:
         episode_return=arrays["episode_return"].astype(float),
         metrics=metrics,
         values={metric.name: arrays[metric.name].astype(float) for metric in metrics},
+        goals=goals,
     )
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from agents.files import refuse_links, write_bytes, write_text
 from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
+from agents.reporting.failure_map import failure_map
 from agents.reporting.house_style import FORMATS, rendered
 from agents.reporting.html import Picture, page
 from agents.reporting.inside import TABLE, inside_csv, load_inside
@@ -59,7 +60,8 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
     (
         "inside",
         "Inside the runs: length of noise and mean actions in Clarke coordinates, on and off the "
-        "manifold, and how far updates went; means over seeds.",
+        "manifold; commands off it, over the co-contraction limit that they may reach; slack "
+        "tendons; and how far updates went. Means over seeds.",
         plots.inside,
     ),
     (
@@ -73,6 +75,12 @@ FIGURES: tuple[tuple[str, str, Draw], ...] = (
         "Share of held-out goals whose final {metric} is τ or better: mean over seeds with 95 % "
         "band. Higher is better.",
         plots.profiles,
+    ),
+    (
+        "failure_map",
+        "Where held-out goals lie, seen along the robot's axis at rest, and the share of seeds "
+        "that fail each at the last evaluation; a failed run fails every goal.",
+        failure_map,
     ),
     (
         "wall_clock",

@@ -32,6 +32,7 @@ class Evals:
     episode_return: Array  # (E, G)
     metrics: tuple[Metric, ...]  # what the task measures, the leading metric first
     values: Mapping[str, Array]  # name of a metric -> (E, G), in SI units
+    goals: Array | None = None  # (G, 3), where goals are places that stay [m]
 
 
 @dataclass(frozen=True)

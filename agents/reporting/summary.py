@@ -6,11 +6,13 @@ The primary score of a run is its normalised AUC of the success rate over enviro
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.reporting.bands import Band, bands
 from agents.reporting.bootstrap import NO_INTERVAL, Array, Interval, bootstrap
 from agents.reporting.results import Arm, Study
 from agents.reporting.small_samples import ENOUGH, iqm_difference_t, iqm_t, mean_ratio_t, mean_t
@@ -154,6 +156,11 @@ class Summary:
     reps: int
     seed: int
     trends: tuple[Trend, ...] = ()
+
+    @cached_property
+    def bands(self) -> tuple[Band, ...]:
+        """Learning curves of every arm, drawn by more than one figure."""
+        return tuple(bands(self.study, seed=self.seed, reps=self.reps))
 
     @property
     def mean_seeds(self) -> float:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agents import files
-from agents.files import DONE, EVALS, ConfigError
+from agents.files import DONE, EVALS, TRIALS, ConfigError
 from agents.learning.config import TrainConfig
 from agents.learning.encoding import read_npz
 from agents.metrics import auc
@@ -29,7 +29,7 @@ from agents.yaml_files import keep_or_write_yaml, yaml_text
 if TYPE_CHECKING:
     import optuna
 
-STUDY, JOURNAL, TABLE, WINNERS = "tuning.yaml", "journal.log", "tuning.csv", "winners.yaml"
+STUDY, JOURNAL, WINNERS = "tuning.yaml", "journal.log", "winners.yaml"
 
 
 def _optuna() -> Any:
@@ -192,5 +192,5 @@ def _publish(
         best = representation.model_dump(mode="json")
         best["algo"] = {**best["algo"], **study.best_params}
         winners.append({"task": task.label, "auc": study.best_value, "representation": best})
-    files.write_text(folder / TABLE, text.getvalue())
+    files.write_text(folder / TRIALS, text.getvalue())
     files.write_text(folder / WINNERS, yaml_text({"winners": winners}))

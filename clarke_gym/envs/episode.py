@@ -62,7 +62,7 @@ class Episode:
         self._prepared = [np.zeros((num_envs, self._block, *part.shape[1:])) for part in parts]
         self._parameters = np.zeros((num_envs, parts[2].shape[1]))
         self._told_by = type(task).advance is not Task.advance
-        self._moves = self._told_by and task.moves
+        self._moves = task.goal_moves
         self._plain = type(task).draw is Task.draw
         self.steps = np.zeros(num_envs, dtype=np.int64)
         self.begun = False

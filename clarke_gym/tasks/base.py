@@ -222,6 +222,11 @@ class Task(ABC):
     def settle(self) -> None:  # noqa: B027 (most tasks have nothing to derive)
         """Derive what depends on the difficulty."""
 
+    @property
+    def goal_moves(self) -> bool:
+        """Whether the goal changes during an episode."""
+        return self.moves and type(self).advance is not Task.advance
+
     def draw(self, rng: np.random.Generator) -> FloatArray:
         """Return the numbers of one episode, shape (k,)."""
         return rng.random(self.numbers)

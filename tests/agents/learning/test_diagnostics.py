@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from agents.learning.config import TrainConfig, load_config
+from agents.learning.diagnostics import Diagnostics
 from agents.learning.training import train
 
 RUN = """
@@ -51,3 +52,37 @@ def test_off_policy_algorithms_have_a_row_an_evaluation(tmp_path):
     assert found["env_steps"].tolist() == [256, 512, 768, 1024]
     assert np.isnan(found["critic_loss"][0])
     assert np.isfinite(found["critic_loss"][1:]).all()
+
+
+def test_commands_off_the_manifold_are_counted_against_their_limit(tmp_path):
+    env = {"env.kwargs": "{n_tendons: 5, representation: raw, max_cocontraction_m: 1.0e-4}"}
+    tight = run(tmp_path / "tight", **env)
+    loose = run(tmp_path / "loose", **{"env.kwargs": env["env.kwargs"].replace("1.0e-4", "0.1")})
+    assert (tight["command_off"] <= 1.0 + 1e-6).all()
+    assert tight["command_off"].min() > 0.5  # unit noise soon fills a tenth of a millimetre
+    assert tight["capped"].min() > 0.3
+    assert loose["command_off"].max() < 0.5
+    assert loose["capped"].max() == 0.0
+    assert "slack" not in tight
+    clarke = run(tmp_path / "clarke", "clarke")
+    np.testing.assert_allclose(clarke["command_off"], 0.0, atol=1e-9)
+
+
+def test_slack_tendons_are_counted_where_there_are_tensions(tmp_path):
+    kwargs = "{{n_tendons: 4, representation: raw, physics: mujoco, max_cocontraction_m: {}}}"
+    shares = [
+        run(tmp_path / name, **{"env.kwargs": kwargs.format(most), "total_steps": "256"})["slack"]
+        for name, most in (("little", "1.0e-6"), ("much", "1.0e-2"))
+    ]
+    assert (shares[0] >= 0.0).all()
+    assert shares[0].max() < shares[1].min() <= 1.0
+
+
+def test_looking_changes_nothing(tmp_path, monkeypatch):
+    run(tmp_path / "seen")
+    monkeypatch.setattr(Diagnostics, "after_step", lambda self: None)
+    unseen = run(tmp_path / "unseen")
+    assert "command_off" not in unseen
+    for name in ("evals.npz", "policy/policy.safetensors"):
+        seen = (tmp_path / "seen" / name).read_bytes()
+        assert seen == (tmp_path / "unseen" / name).read_bytes()

@@ -66,6 +66,7 @@ def test_equal_runs_give_equal_bytes_and_a_finished_run_is_kept(tmp_path, algo):
     assert train(settings, tmp_path / "b")
     first = (tmp_path / "a" / "evals.npz").read_bytes()
     assert first == (tmp_path / "b" / "evals.npz").read_bytes()
+    assert np.load(tmp_path / "a" / "evals.npz")["goal_position_m"].shape == (50, 3)
     stamp = (tmp_path / "a" / "policy" / "policy.safetensors").stat().st_mtime_ns
     assert not train(settings, tmp_path / "a")
     assert (tmp_path / "a" / "policy" / "policy.safetensors").stat().st_mtime_ns == stamp
@@ -133,6 +134,23 @@ def test_held_out_goals_are_fixed_disjoint_and_leave_training_untouched():
     assert torch.equal(torch_state, torch.get_rng_state())
     assert HELD_OUT_SEED > TRAINING_SEED_LIMIT
     assert first["is_success"].shape == (60,)
+    goals = evaluation.goal_positions()
+    np.testing.assert_array_equal(goals, evaluation.env.unwrapped.goal)  # Reach: they stay
+    assert len(np.unique(goals, axis=0)) == 60
+
+
+@pytest.mark.parametrize(
+    ("task", "places"), [("Pose", slice(0, 3)), ("Shape", slice(-3, None)), ("Nest", slice(0, 3))]
+)
+def test_goals_of_several_numbers_are_where_the_tip_should_be(task, places):
+    evaluation = HeldOutEvaluation(EnvSettings(id=f"clarke_gym/{task}-v0"), 3)
+    goals = evaluation.goal_positions()
+    np.testing.assert_array_equal(goals, evaluation.env.unwrapped.goal[:, places])
+    evaluation.close()
+
+
+def test_goals_that_move_have_no_place():
+    assert HeldOutEvaluation(EnvSettings(id="clarke_gym/Track-v0"), 3).goal_positions() is None
 
 
 def test_runs_of_different_seeds_share_no_training_episode():

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from agents.reporting import plots
 from agents.reporting.inside import LABELS, load_inside, read_inside
 from agents.reporting.loading import load_study
 from agents.reporting.report import write_report
 from agents.reporting.results import ResultsError
+from agents.reporting.summary import summarise
 
 
 def diagnose(folder):
@@ -40,3 +42,16 @@ def test_a_damaged_file_is_said(make_study):
     (folder / "raw_0" / "seed_00" / "diagnostics.npz").write_bytes(b"no")
     with pytest.raises(ResultsError, match=r"diagnostics\.npz: cannot be read"):
         load_inside(load_study(folder))
+
+
+def test_the_figure_has_a_row_for_what_is_known_and_older_tables_are_read(make_study, tmp_path):
+    folder = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}}, 2)
+    diagnose(folder)
+    summary = summarise(load_study(folder), seed=0, reps=20)
+    axes = plots.inside(summary, "").axes
+    assert [ax.get_ylabel() for ax in axes] == [LABELS["noise_on"], LABELS["approx_kl"]]
+    table = tmp_path / "diagnostics.csv"
+    table.write_text("task,representation,env_steps,noise_on\nt,raw,10,0.5\nt,raw,20,0.25\n")
+    (row,) = read_inside(table)
+    assert row.values["noise_on"].tolist() == [0.5, 0.25]
+    assert set(row.values) == {"noise_on"}
