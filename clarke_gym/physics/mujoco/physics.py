@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,11 +15,12 @@ from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.checks import check_choice, check_count, check_vector
 from clarke_gym.numerics.linear_map import map_rows
-from clarke_gym.physics.base import DISK_RIM_M, RobotState, hull_radius
+from clarke_gym.physics.base import RobotState, hull_radius
 from clarke_gym.physics.drives import Drives
 from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
 from clarke_gym.physics.mujoco.engines import make_engine
+from clarke_gym.physics.mujoco.fields import OwnFields
 from clarke_gym.physics.mujoco.folded import FoldedSteps
 from clarke_gym.physics.mujoco.links import Chain
 from clarke_gym.physics.mujoco.model import (
@@ -29,21 +29,14 @@ from clarke_gym.physics.mujoco.model import (
     build_chain,
     substeps,
 )
+from clarke_gym.physics.mujoco.possible import check_possible
 from clarke_gym.physics.mujoco.rest import resting
 from clarke_gym.physics.mujoco.scene import CONTACT_DT_S
 from clarke_gym.physics.mujoco.tendons import TENDON_NUMBERS, TendonSprings
 from clarke_gym.physics.mujoco.whole import WholeSteps
-from clarke_gym.physics.statics import taut_gain
 from clarke_gym.robots.joint_vector import JointVector
 from clarke_gym.robots.robot import Robot
 from clarke_gym.robots.scene import EMPTY, Scene, Surroundings
-from clarke_gym.robots.stiffness import bending_stiffness
-
-LEAST_GAIN = 0.1
-"""Smallest bend over the one that tendons are told, at which they still bend a robot."""
-
-MOST_LOADS = 10.0
-"""Heaviest load over E I / l^2, under which a backbone buckles."""
 
 STICKING = 0.9999
 """Impedance of tendons that stick: the largest that the engine takes."""
@@ -55,34 +48,6 @@ let go within half a second, with this one in seven minutes."""
 _OF_TENDONS = (*TENDON_NUMBERS, "turn_rad")
 
 MAX_JOINT_ANGLE_RAD = math.pi / 2  # a link folded further than this is no backbone any more
-
-
-def _check_possible(robot: Robot, payload_kg: float) -> None:
-    """Refuse robots that their tendons cannot bend, and loads that crush them.
-
-    Raises
-    ------
-    ValueError
-        With the numbers.
-    """
-    for k, segment in enumerate(robot.segments, 1):
-        gain = taut_gain(segment)
-        if gain < LEAST_GAIN:
-            raise ValueError(
-                f"segment {k}: tendons of pitch_radius_m={segment.pitch_radius_m:g} and stiffness "
-                f"{segment.tendon_stiffness_n_m:g} N/m bend a backbone of diameter "
-                f"{segment.backbone_diameter_m:g} m by {100.0 * gain:.3g} % of what they are told; "
-                f"at least {100.0 * LEAST_GAIN:g} % is a robot"
-            )
-    softest = min(bending_stiffness(segment) for segment in robot.segments)
-    most = MOST_LOADS * softest / robot.length_m**2 / abs(STANDARD_GRAVITY_M_S2[2])
-    disks_kg = sum(segment.n_disks * segment.disk_mass_kg for segment in robot.segments)
-    if payload_kg + disks_kg > most:
-        raise ValueError(
-            f"payload_kg={payload_kg!r} and disks of {disks_kg:.3g} kg are more than this robot "
-            f"can be simulated under: at most {most:.3g} kg, {MOST_LOADS:g} times what E I / l^2 "
-            f"weighs"
-        )
 
 
 class MujocoPhysics:
@@ -168,7 +133,7 @@ class MujocoPhysics:
         payload_kg: float = 0.0,
         scene: Scene = EMPTY,
     ) -> None:
-        _check_possible(robot, payload_kg)
+        check_possible(robot, payload_kg)
         numbers = PROFILES[check_choice("profile", profile, tuple(PROFILES))]
         self.robot, self.batch = robot, as_batch(batch)
         self.surroundings = Surroundings(scene, self.batch.size, hull_radius(robot))
@@ -191,8 +156,8 @@ class MujocoPhysics:
         self._base = check_vector("base_position_m", base_position_m, 3), base_quaternion
         self._springs = TendonSprings(robot)
         self._force: FloatArray | None = None
-        self._varied: dict[str, FloatArray] = {}
         self._engine = self._make_engine(self._sim_dt)
+        self._fields = OwnFields(self.chain.model, self.batch.size)
         self._tension_driven = actuation == "tension"
         self._begin_reading()
         self._drive = JointVector(self.batch.zeros(2 * robot.n_segments))
@@ -324,15 +289,12 @@ class MujocoPhysics:
         """Return the joint coordinates (R, nq) of robots with tendons of their own [rad]."""
         springs = self._springs
         command = map_rows(clarke.reshape(len(rows), -1), self.robot.decoder.T)
-        elastic = self._varied.get("jnt_stiffness")
         return resting(
             command + springs.preload[rows],
             springs.gains(folded=False)[rows],
             springs.pulls_only,
             self._displacements.jacobian(rows),
-            np.tile(self._nominal["jnt_stiffness"], (len(rows), 1))
-            if elastic is None
-            else elastic[rows],
+            self._fields.of("jnt_stiffness", rows),
         )
 
     def step(self, command: JointVector) -> None:
@@ -391,13 +353,8 @@ class MujocoPhysics:
         if tendons:
             self._vary_tendons(rows, tendons)
         for name, values in numbers.items():
-            if name in tendons:
-                continue
-            for field, part, nominal in self._meant(name, values):
-                if field not in self._varied:
-                    whole = np.empty((self.batch.size, *nominal.shape))
-                    self._varied[field] = np.broadcast_to(nominal, whole.shape).copy()
-                self._varied[field][rows] = part
+            if name not in tendons:
+                self._fields.vary(rows, name, values)
         for engine in self._engines():
             self._give_numbers(engine)
         self._state = None
@@ -426,8 +383,7 @@ class MujocoPhysics:
 
     def _give_numbers(self, engine: Engine) -> None:
         """Give simulations the numbers that robots have of their own."""
-        for field, own in self._varied.items():
-            engine.model_field(field)[:] = own
+        self._fields.give(engine)
         springs, chain = self._springs, engine.chain
         if not springs.own:
             return
@@ -441,41 +397,6 @@ class MujocoPhysics:
             engine.model_field("tendon_solref_fri")[:] = 2.0 * chain.model.opt.timestep, 1.0
             engine.model_field("tendon_solimp_fri")[:, :, :2] = STICKING
             engine.model_field("tendon_invweight0")[:] = CREEP_1_KG
-
-    def _meant(self, name: str, values: FloatArray) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-        """Yield a field of MuJoCo's model, what it becomes (R, ...), and what it is by itself."""
-        model, nominal = self.chain.model, self._nominal
-        if name == "payload_kg":
-            mass, inertia = nominal["body_mass"], nominal["body_inertia"]
-            masses = np.tile(mass, (len(values), 1))
-            inertias = np.tile(inertia, (len(values), 1, 1))
-            tip = int(model.site("tip").bodyid[0])
-            masses[:, tip] += values
-            inertias[:, tip] += 0.4 * values[:, None] * DISK_RIM_M**2
-            yield "body_mass", masses, mass
-            yield "body_inertia", inertias, inertia
-        elif name in ("stiffness", "damping"):
-            field = {"stiffness": "jnt_stiffness", "damping": "dof_damping"}[name]
-            whole = nominal[field]
-            yield field, whole * values.reshape(-1, *(1,) * whole.ndim), whole
-        elif name == "base_tilt_rad":
-            angle = np.linalg.norm(values, axis=1, keepdims=True)
-            axis = values / np.where(angle > 0.0, angle, 1.0)
-            back = np.hstack([np.cos(0.5 * angle), -np.sin(0.5 * angle) * axis])
-            gravity = nominal["opt.gravity"]
-            yield "opt.gravity", rotate(back, gravity), gravity
-        else:
-            raise ValueError(f"physics cannot vary {name!r}")
-
-    @cached_property
-    def _nominal(self) -> dict[str, FloatArray]:
-        """Fields of the model before anything was varied."""
-        model = self.chain.model
-        fields = ("body_mass", "body_inertia", "jnt_stiffness", "dof_damping")
-        return {
-            **{field: getattr(model, field).copy() for field in fields},
-            "opt.gravity": model.opt.gravity.copy(),
-        }
 
     def _equip(self, engine: Engine) -> None:
         """Give a new engine what was told to the others."""
