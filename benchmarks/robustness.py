@@ -11,6 +11,7 @@ import argparse
 import csv
 import io
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -73,16 +74,18 @@ def _text(scores: dict[Key, Score]) -> str:
 
 def measure(study: Path, out: Path) -> None:
     """Evaluate every finished run under every disturbance that its physics has."""
+    out.mkdir(parents=True, exist_ok=True)
     path = out / TABLE
     scores = read(path)
     arms = load_study(study).arms
-    todo = [
+    todo = [  # seeds outermost: an early stop leaves all arms comparable
         (arm, run, disturbance)
         for arm in arms
         for run, _ in arm.done
         for disturbance in (NOMINAL, *DISTURBANCES.names(), *PRESETS)
         if (arm.task, arm.representation, run.seed, disturbance) not in scores
     ]
+    todo.sort(key=lambda case: case[1].seed)
     for arm, run, disturbance in tqdm(todo, unit="case", file=sys.stdout):
         config = load_config(TrainConfig, run.path / "config.yaml")
         keywords = config.env.kwargs | {"disturbances": disturbance}
@@ -98,8 +101,11 @@ def measure(study: Path, out: Path) -> None:
 
 @cache
 def committed() -> dict[Key, Score]:
-    """Return the table of docs/results."""
-    return read(DOCS / "results" / "robustness" / TABLE)
+    """Return the table of docs/results: the seeds that every arm has met every disturbance with."""
+    scores = read(DOCS / "results" / "robustness" / TABLE)
+    seeds = Counter(seed for _, _, seed, _ in scores)
+    whole = {seed for seed, count in seeds.items() if count == max(seeds.values())}
+    return {key: score for key, score in scores.items() if key[2] in whole}
 
 
 def _successes(task: str, arm: str, disturbances: tuple[str, ...]) -> FloatArray:

@@ -83,7 +83,7 @@ def inside() -> Figure:
         for row in read_inside(DOCS / "results" / "mechanism" / TABLE)
         if row.representation in SHOWN
     }
-    figure, axes = _figure(8.4, 2.7, len(QUANTITIES))
+    figure, axes = _figure(8.4, 2.9, len(QUANTITIES))
     for ax, (name, label) in zip(axes, QUANTITIES, strict=True):
         for arm in SHOWN:
             m = MARKS[arm]
@@ -99,7 +99,8 @@ def inside() -> Figure:
             )
         ax.set_title(label)
         steps_axis(ax)
-    axes[0].legend(frameon=False, fontsize=8)
+    keys = axes[0].get_legend_handles_labels()
+    figure.legend(*keys, loc="outside upper left", ncols=len(SHOWN), frameon=False, fontsize=8)
     return figure
 
 
