@@ -39,9 +39,9 @@ def curl(robot: Robot, bodies: FloatArray) -> FloatArray:
 
     Examples
     --------
-    >>> bar = np.array([[0.05, -0.1, 0.1, 0.05, 0.1, 0.1, 0.039]])
+    >>> bar = np.array([[0.15, -0.1, 0.1, 0.15, 0.1, 0.1, 0.12 - hull_radius(Robot())]])
     >>> curl(Robot(), bar)[0].round(6)
-    array([[2., 0.]])
+    array([[1.25, 0.  ]])
     """
     middle = 0.5 * (bodies[:, :3] + bodies[:, 3:6])
     towards = middle[:, :2] / np.hypot(middle[:, 0], middle[:, 1])[:, None]

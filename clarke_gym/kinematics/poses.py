@@ -245,7 +245,8 @@ def base_frames(poses: Sequence[tuple[Components, Components]]) -> list[Number]:
 
     Examples
     --------
-    >>> base_frames(chain_poses([0.0, 0.0, 0.0, 0.0], [0.25, 0.5]))[8:]
+    >>> frames = base_frames(chain_poses([0.0, 0.0, 0.0, 0.0], [0.25, 0.5]))
+    >>> [number + 0.0 for number in frames[8:]]
     [0.0, 0.0, 1.0, 0.25]
     """
     told: list[Number] = []
