@@ -85,4 +85,7 @@ def p_text(p: float) -> str:
 
 def plain_table(rows: list[list[str]]) -> str:
     """Return a Markdown table with nothing escaped: pages hold no words of strangers."""
-    return markdown(rows).replace("\\[", "[").replace("\\]", "]").replace("&lt;", "<")
+    text = markdown(rows)
+    for escaped, meant in (("\\[", "["), ("\\]", "]"), ("\\`", "`"), ("&lt;", "<")):
+        text = text.replace(escaped, meant)
+    return text

@@ -29,6 +29,7 @@ from benchmarks.committed_scores import (
     signed,
 )
 from benchmarks.other_studies import other_words
+from benchmarks.robustness import robust_words
 
 PAGE, TEMPLATE = DOCS / "why_clarke.md", Path(__file__).with_name("why_clarke.template.md")
 
@@ -335,7 +336,7 @@ def words() -> dict[str, str]:
         before = arm
     for arm, without, _ in SINGLE:
         found[f"single_{arm.replace(' ', '_')}"] = signed(effect(arm, without))
-    return found | inside_words() | scaling_words() | other_words()
+    return found | inside_words() | scaling_words() | other_words() | robust_words()
 
 
 def scaling_words() -> dict[str, str]:

@@ -134,6 +134,23 @@ def iqm_difference_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Int
     return iqm_combination_t([x, y], [1.0, -1.0], level=level)
 
 
+def mean_difference_t(x: ArrayLike, y: ArrayLike, *, level: float = LEVEL) -> Interval:
+    """Mean of `x` minus mean of `y`, with Welch's interval.
+
+    Parameters, returns and errors are those of `iqm_t`.
+
+    Examples
+    --------
+    >>> mean_difference_t([2.0, 2.0], [1.0, 1.0])
+    Interval(estimate=1.0, low=1.0, high=1.0)
+    """
+    arms = _runs(x), _runs(y)
+    gap = float(arms[0].mean() - arms[1].mean())
+    if min(map(len, arms)) < 2:
+        return _unknown(gap)
+    return _around(gap, [_spread(arm, 0.0) for arm in arms], level)
+
+
 def mean_t(x: ArrayLike, *, level: float = LEVEL) -> Interval:
     """Mean of positive scores with the log-t interval, whose ends are positive as well.
 

@@ -240,7 +240,7 @@ def base_frames(poses: Sequence[tuple[Components, Components]]) -> list[Number]:
 
     Returns
     -------
-    list of 12 (S - 1) numbers
+    list of length 12 (S - 1)
         Of each segment, the three rows of its base's axes and position [m], (R p).
 
     Examples

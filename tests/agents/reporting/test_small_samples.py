@@ -17,6 +17,13 @@ def test_the_difference_is_scipys_trimmed_welch_interval():
     assert found.estimate == pytest.approx(iqm(X) - iqm(Y[:7]))
 
 
+def test_the_difference_of_means_is_welchs():
+    found = few.mean_difference_t(X, Y[:7])
+    expected = stats.ttest_ind(X, Y[:7], equal_var=False).confidence_interval(0.95)
+    assert (found.low, found.high) == pytest.approx((expected.low, expected.high), rel=1e-12)
+    assert not few.mean_difference_t([1.0], Y).known
+
+
 def test_of_three_runs_it_is_students_interval_of_the_mean():
     found = few.iqm_t(X[:3])
     reference = stats.ttest_1samp(X[:3], 0.0).confidence_interval()
