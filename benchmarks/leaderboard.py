@@ -177,7 +177,7 @@ def _held() -> float:
 def _single(curve: Path) -> str:
     """Return the last five evaluations of a shipped run whose task is not in the study."""
     with curve.open() as file:
-        rows = list(csv.DictReader(file))
+        rows = [row for row in csv.DictReader(file) if int(row["env_steps"])]  # it has trained
     success = np.mean([float(row["success_rate"]) for row in rows[-5:]])
     return f"{success:.2f} (1; {int(rows[-1]['env_steps']):,} steps)"
 

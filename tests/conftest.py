@@ -1,6 +1,7 @@
 """What several test modules share."""
 
 import os
+import shutil
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -9,6 +10,9 @@ import pytest
 from clarke_gym import rendering
 from clarke_gym.representations import representation_names
 from clarke_gym.robots.presets import make_robot
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+GRAPHICS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 @pytest.fixture(scope="session")
@@ -28,6 +32,20 @@ def offscreen():
         rendering.Picture(make_robot(), 32, 32).close()
     except RuntimeError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Return a browser; skip where the machine has none, or nothing to drive it."""
+    sync_api = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is missing: make test-browser installs it"
+    )
+    if CHROMIUM is None:
+        pytest.skip("chromium is missing: make test-browser says how to install it")
+    with sync_api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=GRAPHICS)
+        yield found
+        found.close()
 
 
 @pytest.fixture

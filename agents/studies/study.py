@@ -163,8 +163,7 @@ def run_study(
     Raises
     ------
     ConfigError
-        If the folder holds another study or something else.
-        Or no cluster answers.
+        If the folder holds another study or something else, or no cluster answers.
     RuntimeError
         If another process is carrying out this study.
     """

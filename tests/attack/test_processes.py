@@ -14,10 +14,8 @@ from agents.studies import executors
 from agents.studies.config import StudyConfig
 from agents.studies.study import run_study
 from agents.yaml_files import yaml_text
-from tests.attack.world import LONG, ON_MUJOCO, RUNS, STUDY, popen, tree, write
+from tests.attack.world import LONG, LONGER, ON_MUJOCO, RUNS, STUDY, popen, tree, wait_for, write
 
-LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
-LONGER |= {"evaluation": {"every_steps": 1_024, "n_goals": 50}}
 LONG_STUDY = STUDY | {"base": STUDY["base"] | LONGER}
 
 
@@ -35,13 +33,6 @@ def children(pid):
         if parent == pid and "spawn_main" in command:
             found.append(int(path))
     return found
-
-
-def wait_for(condition, seconds=180):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it never came"
-        time.sleep(0.02)
 
 
 def test_a_killed_worker_costs_its_own_run_the_last_minutes_only(tmp_path, figure):

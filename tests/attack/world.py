@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 
 import yaml
 
@@ -74,6 +75,19 @@ STUDY = {
     "seeds": [0],
     "base": _BASE | {"algo": _PPO, "env": {"num_envs": 4}},
 }
+
+
+LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
+LONGER |= {"evaluation": {"every_steps": 1_024, "n_goals": 50}}
+"""What makes a run long enough to be met in the middle."""
+
+
+def wait_for(condition, seconds=180, process=None):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert process is None or process.poll() is None, process.communicate()
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.02)
 
 
 def popen(*arguments, cwd=None, **options):

@@ -1,16 +1,12 @@
 """The explorer in a real browser: dragged, slid, run, switched, on a desk and on a phone."""
 
 import gzip
-import shutil
 import threading
 from pathlib import Path
 
 import pytest
 
 from agents.explorer import FOLDER, make_server
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-GRAPHICS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 @pytest.fixture(scope="module")
@@ -19,19 +15,6 @@ def address():
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    sync_api = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is missing: make test-browser installs it"
-    )
-    if CHROMIUM is None:
-        pytest.skip("chromium is missing: make test-browser says how to install it")
-    with sync_api.sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=GRAPHICS)
-        yield found
-        found.close()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import base64
 import json
 import re
-import shutil
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from agents.reporting.loading import load_study
 from agents.reporting.marks import MARKS
 from agents.reporting.summary import summarise
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&"
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGNgYGD4DwABBAEAX+XDSwAAAABJRU5ErkJggg=="
@@ -61,19 +59,6 @@ def test_the_script_can_fetch_nothing():
     assert "default-src 'none'" in POLICY
     assert "script-src 'sha256-" in POLICY
     assert not re.search(r"https?:|fetch\(|import\(|eval\(|innerHTML|XMLHttp", SCRIPT)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    sync_api = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is missing: make test-browser installs it"
-    )
-    if CHROMIUM is None:
-        pytest.skip("chromium is missing: make test-browser says how to install it")
-    with sync_api.sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture

@@ -1,17 +1,13 @@
 """Studies on a Ray cluster: a real one of two nodes on this machine."""
 
-import time
-
 import pytest
 
 from agents.files import DONE, ConfigError, run_folder
 from agents.studies import cluster
 from agents.studies.config import StudyConfig
 from agents.studies.study import run_study
-from tests.attack.world import STUDY, popen, write
+from tests.attack.world import LONGER, STUDY, popen, wait_for, write
 
-LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
-LONGER |= {"evaluation": {"every_steps": 1_024, "n_goals": 50}}
 TWICE = STUDY | {"base": STUDY["base"] | LONGER, "seeds": [0, 1]}
 
 
@@ -45,21 +41,13 @@ def two_nodes():
     nodes.shutdown()
 
 
-def wait_for(condition, process, seconds=180):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < end, "it never came"
-        time.sleep(0.05)
-
-
 def test_a_node_that_is_lost_costs_nothing(tmp_path, two_nodes):
     """Four runs on two nodes, one of which is killed: all complete, as in the pool."""
     nodes, second = two_nodes
     path, out = write(tmp_path / "study.yaml", TWICE), tmp_path / "out"
     command = ("study", "--config", path, "--out", out, "--ray", nodes.address)
     with popen(*command) as process:
-        wait_for(lambda: len(list(out.glob("*/*/checkpoint/step_*"))) >= 2, process)
+        wait_for(lambda: len(list(out.glob("*/*/checkpoint/step_*"))) >= 2, process=process)
         nodes.remove_node(second, allow_graceful=False)
         output, error = process.communicate(timeout=300)
     assert process.returncode == 0, (output, error)
@@ -79,7 +67,7 @@ def test_a_study_that_is_stopped_leaves_the_cluster_idle_and_continues(tmp_path,
     path, out = write(tmp_path / "study.yaml", TWICE), tmp_path / "out"
     command = ("study", "--config", path, "--out", out, "--ray", nodes.address)
     with popen(*command) as process:
-        wait_for(lambda: list(out.glob("*/*/checkpoint/step_*")), process)
+        wait_for(lambda: list(out.glob("*/*/checkpoint/step_*")), process=process)
         process.terminate()
         _, error = process.communicate(timeout=30)
     assert process.returncode == 143
