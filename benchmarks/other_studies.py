@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-from collections import defaultdict
-
 import numpy as np
 
+from agents.reporting.bootstrap import Array
 from agents.reporting.small_samples import iqm_difference_t, iqm_t, mean_ratio_t
 from agents.reporting.statistics import holm, iqm, welch_p
+from agents.reporting.tuning import read_trials
 from agents.reporting.wording import number, with_interval
 from benchmarks.committed_scores import (
     DOCS,
@@ -55,16 +54,9 @@ def noise_table() -> str:
 # --- tuning -----------------------------------------------------------------------------------
 
 
-def trials() -> dict[str, np.ndarray]:
+def trials() -> dict[str, Array]:
     """Return the mean AUC of every configuration that was tried, by arm."""
-    scores: dict[str, dict[int, list[float]]] = defaultdict(lambda: defaultdict(list))
-    with TRIALS.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            scores[row["arm"]][int(row["configuration"])].append(float(row["auc"]))
-    return {
-        arm: np.array([np.mean(values) for _, values in sorted(found.items())])
-        for arm, found in scores.items()
-    }
+    return {arm: scores.mean(axis=1) for arm, scores in read_trials(TRIALS).items()}
 
 
 def tuning_table() -> str:
