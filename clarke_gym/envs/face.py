@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from clarke_gym.envs.config import EnvConfig
 from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.observer import Blocks
-from clarke_gym.kinematics.poses import segment_pose
+from clarke_gym.kinematics.inverse_chain import inverse_kinematics
+from clarke_gym.kinematics.poses import forward
 from clarke_gym.kinematics.reachability import nearest_on_dome
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.registry import nearest
@@ -203,28 +204,35 @@ def check_options(
 def _check_reach(given: FloatArray, goal: Goal, robot: Robot) -> None:
     """Refuse goals that are out of reach.
 
-    The tip of one segment reaches a dome. What several reach has no closed form, but nothing that
-    is farther from the base than they are long.
+    No point of the backbone is farther from the base than the robot is long, and the tip, the last
+    position of a goal, comes only where the bending limits let it. One segment's dome has a
+    nearest point by its derivative; that of several is searched by damped inverse kinematics.
 
     Raises
     ------
     ValueError
-        With how far they are, and for one segment the nearest goal that can be reached.
+        With how far they are and the nearest place where the tip can be.
     """
-    points = (given / goal.observed_scale)[..., goal.positions]
-    dome = goal.is_position and robot.n_segments == 1
-    if dome:
-        bending, beyond = nearest_on_dome(points, 1.0, robot.segments[0].max_bending_rad)
-    else:
-        beyond = np.linalg.norm(points, axis=-1) - 1.0
-    farthest = float(beyond.max(initial=0.0))
-    if farthest <= BEYOND_REACH:
+    points = (given / goal.observed_scale)[..., goal.positions].reshape(-1, *goal.positions.shape)
+    if not points.size:
         return
-    hint = ""
-    if dome:
-        tip = segment_pose(bending, robot.length_m)[0].reshape(-1, 3)[beyond.argmax()]
-        hint = f"; the nearest place that its tip reaches is {tip.round(4).tolist()} m"
+    beyond = np.linalg.norm(points, axis=-1).max(-1) - 1.0
+    limits = [segment.max_bending_rad for segment in robot.segments]
+    shares = robot.lengths / robot.length_m
+    if robot.n_segments == 1:
+        bending, left = nearest_on_dome(points[:, -1], 1.0, limits[0])
+        bending = bending[:, None]
+    else:
+        bending, left = inverse_kinematics(
+            points[:, -1], shares, max_bending=limits, tolerance=BEYOND_REACH / 20.0
+        )
+    beyond = np.maximum(beyond, left)
+    worst = beyond.argmax()
+    if beyond[worst] <= BEYOND_REACH:
+        return
+    tip = forward(bending[worst], robot.lengths)[0]
     raise ValueError(
-        f"options['goal'] lies out of reach by {farthest:.3g} lengths of the robot, at most "
-        f"{BEYOND_REACH:g} is taken{hint}"
+        f"options['goal'] lies out of reach by {beyond[worst]:.3g} lengths of the robot, at most "
+        f"{BEYOND_REACH:g} is taken; the nearest place that its tip reaches is "
+        f"{tip.round(4).tolist()} m"
     )

@@ -105,7 +105,7 @@ class Goal:
 
     @cached_property
     def positions(self) -> NDArray[np.intp]:
-        """Where positions stand among the numbers that sensors see, shape (positions, 3)."""
+        """Where positions stand among the numbers that sensors see, the tip's last, (P, 3)."""
         firsts = [label[:1] for label in self.labels[self.shown]]
         found = [k for k in range(len(firsts) - 2) if firsts[k : k + 3] == ["x", "y", "z"]]
         return np.array([[k, k + 1, k + 2] for k in found], np.intp).reshape(-1, 3)
