@@ -52,6 +52,11 @@ class Settings(Model):
         """Points of a `NoiseCourse`; empty where noise is learnt."""
         return []
 
+    @property
+    def ends_slowly(self) -> bool:
+        """Whether the learning rate depends on how long the run is."""
+        return False
+
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with the environments."""
         del num_envs, goal_env
@@ -76,6 +81,11 @@ class PPOSettings(Settings):
 
     name: Literal["ppo"] = "ppo"
     learning_rate: PositiveFloat = 1e-3
+    final_learning_rate: PositiveFloat | None = Field(
+        default=None, exclude_if=lambda rate: rate is None
+    )
+    """What the learning rate falls to, linearly to the end of the run; by default it stays. Such a
+    run cannot be extended, as a longer one would have learnt faster from the start."""
     n_steps: Count = 32
     batch_size: Count = 256
     n_epochs: Count = 10
@@ -117,6 +127,11 @@ class PPOSettings(Settings):
         """Points of a `NoiseCourse`; empty where noise is learnt."""
         return self.noise_course
 
+    @property
+    def ends_slowly(self) -> bool:
+        """Whether the learning rate depends on how long the run is."""
+        return self.final_learning_rate is not None
+
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with each other or the environments."""
         del num_envs, goal_env
@@ -139,7 +154,13 @@ class PPOSettings(Settings):
         """Return the keyword arguments of the class."""
         del sizes  # PPO has no setting that depends on the robot
         own = {"name", "net_arch", "log_std_init", "noise_course", *self._OF_MANIFOLD}
-        fields = self.model_dump(exclude=own)
+        fields = self.model_dump(exclude=own | {"final_learning_rate"})
+        if self.final_learning_rate is not None:
+            from stable_baselines3.common.utils import LinearSchedule
+
+            fields["learning_rate"] = LinearSchedule(
+                self.learning_rate, self.final_learning_rate, end_fraction=1.0
+            )
         return fields | {
             "policy_kwargs": {"net_arch": self.net_arch, "log_std_init": self.log_std_init}
         }

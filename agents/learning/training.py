@@ -243,6 +243,11 @@ def _claim(config: TrainConfig, folder: Path) -> None:
         )
         kept = folder / f"until_{steps:012d}" if longer else folder
         if longer and ((folder / DONE).exists() or (kept / DONE).exists()):
+            if config.algo.ends_slowly:
+                raise ConfigError(
+                    f"{folder} ended with a small algo.final_learning_rate, from which "
+                    "a longer run does not continue; train one in a folder of its own"
+                )
             if (folder.parent.parent / "study.yaml").exists():
                 raise ConfigError(
                     f"{folder} belongs to a study, whose runs are of equal length; copy the folder "

@@ -223,6 +223,13 @@ def test_a_run_of_a_study_is_not_extended(tmp_path):
     assert (folder / "DONE").exists()
 
 
+def test_a_run_whose_learning_rate_fell_is_not_extended(tmp_path):
+    train(TrainConfig.model_validate(DISTURBED["ppo_slowing"] | {"total_steps": 256}), tmp_path)
+    with pytest.raises(ValueError, match="final_learning_rate, from which a longer run"):
+        train(config("ppo_slowing"), tmp_path)
+    assert (tmp_path / "DONE").exists()
+
+
 def test_checkpoints_keep_every_kind_of_state():
     from collections import deque
 

@@ -60,7 +60,10 @@ def disturbed(run):
 DISTURBED = {
     f"{name}_disturbed": disturbed(RUNS[name])
     for name in ("ppo", "ppo_mujoco", "sac", "sac_her", "td3", "td3_her")
-} | {"ppo_marginal": RUNS["ppo"] | {"algo": _PPO | {"likelihood": "marginal"}}}
+} | {
+    "ppo_marginal": RUNS["ppo"] | {"algo": _PPO | {"likelihood": "marginal"}},
+    "ppo_slowing": RUNS["ppo"] | {"algo": _PPO | {"final_learning_rate": 1e-5}},
+}
 """Runs whose environments or policies have more to remember."""
 
 STUDY = {

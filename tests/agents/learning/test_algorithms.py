@@ -28,3 +28,12 @@ def test_a_library_that_is_not_installed_is_named_before_anything_runs(monkeypat
     (tmp_path / "run.yaml").write_text("algo: tqc")
     with pytest.raises(ConfigError, match=r"algo: .*sb3_contrib.*pip install --group contrib"):
         load_config(TrainConfig, tmp_path / "run.yaml")
+
+
+def test_a_learning_rate_that_falls_reaches_its_end(tmp_path):
+    from agents.learning.training import make_model, make_training_env
+
+    (tmp_path / "run.yaml").write_text("algo: {name: ppo, final_learning_rate: 1.0e-5}")
+    config = load_config(TrainConfig, tmp_path / "run.yaml")
+    schedule = make_model(config, make_training_env(config)).lr_schedule
+    assert [schedule(left) for left in (1.0, 0.5, 0.0)] == pytest.approx([1e-3, 5.05e-4, 1e-5])
