@@ -11,7 +11,7 @@ from clarke_gym.robots.scene import Scene
 SOLREF = (5e-3, 1.0)
 """Time constant [s] and damping ratio of contacts: MuJoCo's default lets 1 to 3 mm in."""
 
-SOLIMP = (0.99, 0.999, 1e-3, 0.5, 2.0)
+SOLIMP = (0.9, 0.99, 1e-3, 0.5, 2.0)
 """Impedance of contacts: stiff tendons push through MuJoCo's default."""
 
 CONTACT_DT_S = 2.5e-3
@@ -54,6 +54,7 @@ def add_scene(spec: mujoco.MjSpec, scene: Scene) -> None:
             size=[body.radius_m, half, 0.0],
             contype=2,
             conaffinity=1,
+            priority=1,  # else contacts are half as soft as the robot's hull, MuJoCo's default
             solref=SOLREF,
             solimp=SOLIMP,
         )
