@@ -1,10 +1,13 @@
-"""Pictures of the README and the gallery: one policy on three robots, a thumbnail a task.
+"""Pictures of README and gallery: one policy on three robots, a thumbnail and a film a task.
 
 python -m benchmarks.media
+python -m benchmarks.media --films gate wrap
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,12 @@ SEEDS = (4, 11, 8)
 
 FRAMES = 36
 """Control steps shown of each."""
+
+FILMED = 5
+"""Episode of the films."""
+
+EVERY = 2
+"""Control steps from one of their frames to the next."""
 
 Picture = NDArray[np.uint8]
 
@@ -62,12 +71,17 @@ def one_policy() -> None:
         frames += [frames[-1]] * 12
     for env in envs:
         env.close()
-    # One palette for all frames, so that nothing flickers.
-    few = np.vstack([np.asarray(frame) for frame in frames[:: FRAMES // 3]])
-    palette = Image.fromarray(few).quantize(255, Image.Quantize.MEDIANCUT, kmeans=4)
+    _save(frames, MEDIA / "one_policy.gif", colours=255, frame_ms=50)
+
+
+def _save(frames: Sequence[Image.Image], path: Path, colours: int, frame_ms: int) -> None:
+    """Write an animation with one palette for all frames, so that nothing flickers."""
+    few = np.vstack([np.asarray(frame) for frame in frames[:: max(1, len(frames) // 12)]])
+    palette = Image.fromarray(few).quantize(colours, Image.Quantize.MEDIANCUT, kmeans=4)
     shown = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    path = MEDIA / "one_policy.gif"
-    shown[0].save(path, save_all=True, append_images=shown[1:], duration=50, loop=0, optimize=True)
+    shown[0].save(
+        path, save_all=True, append_images=shown[1:], duration=frame_ms, loop=0, optimize=True
+    )
     print(f"{path}: {path.stat().st_size / 1e6:.2f} MB")
 
 
@@ -99,14 +113,40 @@ def thumbnail(env_id: str) -> Picture:
     return picture
 
 
+def film(env_id: str, path: Path) -> None:
+    """Write an episode of classical control, the film of a task's page."""
+    size: dict[str, Any] = {"render_width": 320, "render_height": 320, "render_mode": "rgb_array"}
+    env: Any = gym.make(env_id, n_tendons=7, representation="clarke", **size)
+    observation, _ = env.reset(seed=FILMED)
+    controller: Any = make_controller("clarke_controller", env)
+    frames, over = [Image.fromarray(env.render())], False
+    while not over:
+        *_, over, info = step = env.step(controller.act(observation))
+        observation = step[0]
+        if env.unwrapped.steps[0] % EVERY == 0:
+            frames.append(Image.fromarray(env.render()))
+    if not info["is_success"]:
+        raise RuntimeError(f"classical control fails in {env_id}, seed {FILMED}")
+    dt_ms = 1e3 * env.unwrapped.control_dt
+    env.close()
+    _save([*frames, *frames[-1:] * 8], path, colours=64, frame_ms=round(EVERY * dt_ms))
+
+
 def main() -> None:
-    """Write all pictures."""
+    """Write all pictures, or some films."""
+    tasks = {k["task"]: env_id for env_id, k in ENVIRONMENTS.items() if "task" in k}
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--films", nargs="+", choices=tasks, help="films of these tasks alone")
+    only = parser.parse_args().films
     (MEDIA / "tasks").mkdir(parents=True, exist_ok=True)
-    for env_id, settings in ENVIRONMENTS.items():
-        if "task" in settings:
-            path = MEDIA / "tasks" / f"{settings['task']}.png"
-            Image.fromarray(thumbnail(env_id)).quantize(128).save(path, optimize=True)
-            print(path)
+    for task in only or tasks:
+        film(tasks[task], MEDIA / "tasks" / f"{task}.gif")
+    if only:
+        return
+    for task, env_id in tasks.items():
+        path = MEDIA / "tasks" / f"{task}.png"
+        Image.fromarray(thumbnail(env_id)).quantize(128).save(path, optimize=True)
+        print(path)
     one_policy()
 
 

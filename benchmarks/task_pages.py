@@ -104,7 +104,7 @@ def page(env_id: str) -> str:
         rest += _markdown(_sections(inspect.getdoc(ObstructedTask) or "")[""]).split("\n\n")[1:]
     parts = [
         f"# {title}",
-        f"![{title}](../media/tasks/{name}.png)",
+        f"![{title}: classical control in one episode](../media/tasks/{name}.gif)",
         lead,
         "| | |\n|---|---|\n"
         f"| action space (Clarke / raw, n = 7) | `{env.action_space}` / `{raw.action_space}` |\n"
