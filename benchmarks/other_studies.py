@@ -1,4 +1,4 @@
-"""What docs/why_clarke.md says of noise, tuning, MuJoCo and two segments."""
+"""What docs/why_clarke.md says of noise, tuning, MuJoCo, segments, algorithms and tasks."""
 
 from __future__ import annotations
 
@@ -86,16 +86,15 @@ def tuning_table() -> str:
 # --- MuJoCo and two segments ------------------------------------------------------------------
 
 
-def arms_table(study: str, baseline: str, names: dict[str, str]) -> str:
+def arms_table(study: str, baseline: str, names: dict[str, str], in_mm: bool = True) -> str:
     """Return every arm against the one that it is compared with on its task."""
     scores = runs(study)
     others = [key for key in scores if key[1] != baseline]
     values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
     p = dict(zip(others, map(float, holm(values)), strict=True))
     several = len({task for task, _ in scores}) > 1
-    rows = [
-        ["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps ratio", "last five", "error, mm"]
-    ]
+    rows = [["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps ratio", "last five"]]
+    rows[0] += ["error, mm"] * in_mm
     for (task, arm), found in scores.items():
         row = [f"{names.get(arm, arm)}, {task}" if several else names.get(arm, arm)]
         row.append(with_interval(iqm_t(found.auc), 3))
@@ -106,7 +105,7 @@ def arms_table(study: str, baseline: str, names: dict[str, str]) -> str:
             ratio = mean_ratio_t(found.steps, against.steps)
             row += [_gap(found, against), p_text(p[task, arm]), with_interval(ratio)]
         row.append(with_interval(iqm_t(found.last_success), 2))
-        rows.append([*row, number(float(iqm(found.final_error_mm)))])
+        rows.append(row + [number(float(iqm(found.final_error_mm)))] * in_mm)
     return plain_table(rows)
 
 
