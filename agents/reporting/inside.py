@@ -30,6 +30,8 @@ LABELS = {
     "gradient_head_on": "gradient of the mean, on the manifold",
     "gradient_head_off": "gradient of the mean, off the manifold",
     "explained_variance": "explained variance of the critic",
+    "ent_coef": "temperature of the entropy",
+    "critic_loss": "loss of the critics",
 }
 """Quantities that reports show, and their names there."""
 

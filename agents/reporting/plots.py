@@ -156,16 +156,18 @@ SHOWN_INSIDE = (
     "slack",
     "approx_kl",
     "clip_fraction",
+    "ent_coef",
+    "critic_loss",
 )
 """What is drawn of the inside of runs, as far as it is known."""
 
 
 def inside(summary: Summary, footer: str) -> Figure | None:
-    """Noise on and off the manifold, KL and clipping over environment steps, task by task."""
+    """Noise, KL, clipping and the like over environment steps, task by task."""
     rows = load_inside(summary.study)
-    if not rows:
-        return None
     shown = [name for name in SHOWN_INSIDE if any(name in row.values for row in rows)]
+    if not shown:
+        return None
     with house_style():
         title = "Inside the runs: means over seeds"
         panel, cells = small_multiples(summary, footer, title, len(shown), label_room(summary))

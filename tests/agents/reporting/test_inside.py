@@ -55,3 +55,13 @@ def test_the_figure_has_a_row_for_what_is_known_and_older_tables_are_read(make_s
     (row,) = read_inside(table)
     assert row.values["noise_on"].tolist() == [0.5, 0.25]
     assert set(row.values) == {"noise_on"}
+
+
+def test_studies_whose_quantities_are_not_drawn_have_a_report(make_study):
+    """What SAC writes has a temperature; another learner may write nothing that is known."""
+    folder = make_study({"n = 3": {"raw": 1.0, "clarke": 1.5}}, 2)
+    for values, drawn in (({"loss": np.ones(3)}, False), ({"ent_coef": np.ones(3)}, True)):
+        for run in folder.glob("*/seed_*"):
+            np.savez(run / "diagnostics.npz", env_steps=np.arange(3) * 2000, **values)
+        write_report(folder, reps=20)
+        assert (folder / "report" / "inside.png").exists() == drawn
