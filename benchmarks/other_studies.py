@@ -122,6 +122,34 @@ SEGMENT_ARMS = {
 """Arms of the study with two segments, as the page calls them."""
 
 
+def off_policy_words() -> dict[str, str]:
+    """Return what the template's {names} of SAC and TD3 stand for."""
+    scores, scaled = runs("off_policy"), runs("off_policy_scaled")
+    found = {
+        "off_seeds": seeds(scores.values()),
+        "off_registered": registered("off_policy"),
+        "off_table": arms_table("off_policy", "raw", {}),
+        "scaled_registered": registered("off_policy_scaled"),
+    }
+    for algorithm in ("SAC", "TD3"):
+        for n in (3, 11):
+            pair = [scores[f"{algorithm}, n = {n}", arm] for arm in ("clarke", "raw")]
+            found[f"{algorithm}_{n}"] = _gap(*pair)
+    pairs = [
+        (algorithm, arm, scaled[task, "raw_scaled"], scores[task, arm])
+        for algorithm in ("SAC", "TD3")
+        for task in (f"{algorithm}, n = 11",)
+        for arm in ("raw", "clarke")
+    ]
+    p = holm([welch_p(ours.auc, theirs.auc) for *_, ours, theirs in pairs])
+    for (algorithm, arm, ours, theirs), value in zip(pairs, p, strict=True):
+        found[f"{algorithm}_scaled"] = with_interval(iqm_t(ours.auc), 3)
+        found[f"{algorithm}_scaled_minus_{arm}"] = _gap(ours, theirs)
+        found[f"{algorithm}_scaled_p_{arm}"] = p_text(float(value))
+        found[f"{algorithm}_scaled_error"] = number(float(iqm(ours.final_error_mm)))
+    return found
+
+
 def other_words() -> dict[str, str]:
     """Return what the template's {names} of these studies stand for."""
     best = {arm: at_best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}

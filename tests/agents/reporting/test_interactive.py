@@ -107,6 +107,13 @@ def open_page(browser):
     assert complaints == []
 
 
+def soon(locator):
+    """Wait for what an input leads to: browsers draw when they can."""
+    from playwright.sync_api import expect
+
+    return expect(locator)
+
+
 def curves(page, arm):
     return page.locator(f"#curves .panel >> nth=0 >> [data-arm='{arm}'] .centre")
 
@@ -124,42 +131,44 @@ def test_pointing_shows_step_arm_value_and_interval(make_page, open_page):
     values = page.locator("#curves .values").first
     assert values.is_hidden()
     page.locator("#curves .plot").first.hover(position=at_step(page, 0.5))
+    soon(values).to_contain_text("100,000 steps, success rate")
     text = values.inner_text()
-    assert "100,000 steps, success rate" in text
     at = data["steps"].index(100_000)
     for curve in data["panels"][0]["curves"][0]:
         low, centre, high = (f"{curve[key][at]:.3g}" for key in ("low", "centre", "high"))
         name = data["arms"][curve["arm"]]["name"]
         assert re.search(rf"{name}\s+{centre}\s+\[{low}, {high}\]", text)
     page.mouse.move(1, 1)
-    assert values.is_hidden()
+    soon(values).to_be_hidden()
     page.locator("#curves .quantity button").nth(1).click()
     page.locator("#curves .plot").first.hover(position=at_step(page, 1.0))
-    assert "200,000 steps, tip error [mm]" in values.inner_text()
+    soon(values).to_contain_text("200,000 steps, tip error [mm]")
 
 
 def test_a_button_hides_an_arm_and_shows_it_again_by_keys_alone(make_page, open_page):
     page = open_page(make_page(SPEEDS)[0])
-    assert curves(page, 0).count() == curves(page, 1).count() == 1
+    soon(curves(page, 0)).to_have_count(1)
+    soon(curves(page, 1)).to_have_count(1)
     button = page.get_by_role("button", name="clarke")
-    assert button.get_attribute("aria-pressed") == "true"
+    soon(button).to_have_attribute("aria-pressed", "true")
     button.focus()
     page.keyboard.press("Space")
-    assert button.get_attribute("aria-pressed") == "false"
-    assert (curves(page, 0).count(), curves(page, 1).count()) == (1, 0)
+    soon(button).to_have_attribute("aria-pressed", "false")
+    soon(curves(page, 0)).to_have_count(1)
+    soon(curves(page, 1)).to_have_count(0)
     page.locator("#curves .plot").first.focus()
     page.keyboard.press("End")
-    text = page.locator("#curves .values").first.inner_text()
-    assert "200,000 steps" in text
-    assert "raw" in text
-    assert "clarke" not in text
+    values = page.locator("#curves .values").first
+    soon(values).to_contain_text("200,000 steps")
+    soon(values).to_contain_text("raw")
+    soon(values).not_to_contain_text("clarke")
     page.keyboard.press("ArrowLeft")
-    assert "190,000 steps" in page.locator("#curves .values").first.inner_text()
+    soon(values).to_contain_text("190,000 steps")
     page.keyboard.press("Escape")
-    assert page.locator("#curves .values").first.is_hidden()
+    soon(values).to_be_hidden()
     button.focus()
     page.keyboard.press("Enter")
-    assert curves(page, 1).count() == 1
+    soon(curves(page, 1)).to_have_count(1)
 
 
 def test_a_phone_shows_all_without_scrolling_sideways(make_page, open_page):
@@ -172,7 +181,7 @@ def test_a_phone_shows_all_without_scrolling_sideways(make_page, open_page):
     ]
     page.locator("#curves .plot").first.tap(position=at_step(page, 0.9))
     values = page.locator("#curves .values").first
-    assert "180,000 steps" in values.inner_text()
+    soon(values).to_contain_text("180,000 steps")
     box = values.bounding_box()
     assert box["x"] >= 0
     assert box["x"] + box["width"] <= 375
@@ -207,9 +216,9 @@ def test_hostile_labels_are_shown_and_execute_nothing(make_page, open_page):
     target, data = make_page({"n = 3": SPEEDS["n = 3"]}, change=rename, title=EVIL, note=EVIL)
     assert data["arms"][1]["name"] == EVIL
     page = open_page(target)
-    assert EVIL in page.locator("#curves .arms").inner_text()
+    soon(page.locator("#curves .arms")).to_contain_text(EVIL)
     page.locator("#curves .plot").first.hover(position=at_step(page, 0.5))
-    assert "onerror" in page.locator("#curves .values").first.inner_text()
+    soon(page.locator("#curves .values").first).to_contain_text("onerror")
     assert page.locator("#curves img, #curves script").count() == 0
 
 
