@@ -13,7 +13,6 @@ from clarke_gym.envs.core import EnvCore
 from clarke_gym.envs.observer import Blocks
 from clarke_gym.kinematics.inverse_chain import inverse_kinematics
 from clarke_gym.kinematics.poses import forward
-from clarke_gym.kinematics.reachability import nearest_on_dome
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.physics.base import Physics
@@ -205,8 +204,7 @@ def _check_reach(given: FloatArray, goal: Goal, robot: Robot) -> None:
     """Refuse goals that are out of reach.
 
     No point of the backbone is farther from the base than the robot is long, and the tip, the last
-    position of a goal, comes only where the bending limits let it. One segment's dome has a
-    nearest point by its derivative; that of several is searched by damped inverse kinematics.
+    position of a goal, comes only where the bending limits let it.
 
     Raises
     ------
@@ -216,17 +214,13 @@ def _check_reach(given: FloatArray, goal: Goal, robot: Robot) -> None:
     points = (given / goal.observed_scale)[..., goal.positions].reshape(-1, *goal.positions.shape)
     if not points.size:
         return
-    beyond = np.linalg.norm(points, axis=-1).max(-1) - 1.0
-    limits = [segment.max_bending_rad for segment in robot.segments]
-    shares = robot.lengths / robot.length_m
-    if robot.n_segments == 1:
-        bending, left = nearest_on_dome(points[:, -1], 1.0, limits[0])
-        bending = bending[:, None]
-    else:
-        bending, left = inverse_kinematics(
-            points[:, -1], shares, max_bending=limits, tolerance=BEYOND_REACH / 20.0
-        )
-    beyond = np.maximum(beyond, left)
+    bending, left = inverse_kinematics(
+        points[:, -1],
+        robot.lengths / robot.length_m,
+        max_bending=robot.max_bending,
+        tolerance=BEYOND_REACH / 20.0,
+    )
+    beyond = np.maximum(np.linalg.norm(points, axis=-1).max(-1) - 1.0, left)
     worst = beyond.argmax()
     if beyond[worst] <= BEYOND_REACH:
         return

@@ -54,7 +54,7 @@ def add_scene(spec: mujoco.MjSpec, scene: Scene) -> None:
             size=[body.radius_m, half, 0.0],
             contype=2,
             conaffinity=1,
-            priority=1,  # else contacts are half as soft as the robot's hull, MuJoCo's default
+            priority=1,  # else MuJoCo takes the mean with the hull's defaults
             solref=SOLREF,
             solimp=SOLIMP,
         )
