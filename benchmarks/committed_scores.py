@@ -10,10 +10,11 @@ from pathlib import Path
 from agents.reporting.bootstrap import Array, Interval
 from agents.reporting.committed import load_committed
 from agents.reporting.results import Study
+from agents.reporting.small_samples import mean_ratio_t
 from agents.reporting.statistics import auc
 from agents.reporting.survival import first_crossing
 from agents.reporting.tables import markdown
-from agents.reporting.wording import with_interval
+from agents.reporting.wording import steps_text, with_interval
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -27,6 +28,11 @@ class Runs:
     reached: int
     final_error_mm: Array
     last_success: Array  # mean of the last five evaluations
+
+    @property
+    def missed(self) -> int:
+        """Runs that did not come to the threshold."""
+        return len(self.auc) - self.reached
 
 
 @cache
@@ -65,6 +71,14 @@ def seeds(arms: Iterable[Runs]) -> str:
     """Return the number of seeds an arm, a range where it differs."""
     counts = sorted({len(scores.auc) for scores in arms})
     return str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+
+
+def steps_over(ours: Runs, theirs: Runs) -> str:
+    """Return a ratio of steps with its interval, as a bound where runs did not get there."""
+    if not ours.reached and not theirs.reached:
+        return "neither there"
+    ratio = mean_ratio_t(ours.steps, theirs.steps)
+    return steps_text(ratio, (ours.missed, theirs.missed))
 
 
 def signed(interval: Interval) -> str:

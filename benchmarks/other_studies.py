@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.reporting.bootstrap import Array
-from agents.reporting.small_samples import iqm_difference_t, iqm_t, mean_ratio_t
+from agents.reporting.small_samples import iqm_difference_t, iqm_t
 from agents.reporting.statistics import holm, iqm, welch_p
 from agents.reporting.tuning import read_trials
 from agents.reporting.wording import number, with_interval
@@ -19,6 +19,7 @@ from benchmarks.committed_scores import (
     runs,
     seeds,
     signed,
+    steps_over,
 )
 
 TRIALS = DOCS / "results" / "tuned" / "tuning.csv"
@@ -77,8 +78,8 @@ def tuning_table() -> str:
         spread = [number(float(v), 3) for v in (values.max(), np.median(values), values.min())]
         row = [f"{arm}, {task}", ", ".join(spread), with_interval(iqm_t(found.auc), 3)]
         clarke = scores[task, "clarke"]
-        ratio = mean_ratio_t(found.steps, clarke.steps)
-        own = ["", "1"] if arm == "clarke" else [_gap(found, clarke), with_interval(ratio)]
+        steps = steps_over(found, clarke)
+        own = ["", "1"] if arm == "clarke" else [_gap(found, clarke), steps]
         rows.append([*row, *own])
     return plain_table(rows)
 
@@ -102,8 +103,8 @@ def arms_table(study: str, baseline: str, names: dict[str, str], in_mm: bool = T
             row += ["", "", "1"]
         else:
             against = scores[task, baseline]
-            ratio = mean_ratio_t(found.steps, against.steps)
-            row += [_gap(found, against), p_text(p[task, arm]), with_interval(ratio)]
+            steps = steps_over(found, against)
+            row += [_gap(found, against), p_text(p[task, arm]), steps]
         row.append(with_interval(iqm_t(found.last_success), 2))
         rows.append(row + [number(float(iqm(found.final_error_mm)))] * in_mm)
     return plain_table(rows)
@@ -147,6 +148,10 @@ def off_policy_words() -> dict[str, str]:
         found[f"{algorithm}_scaled_minus_{arm}"] = _gap(ours, theirs)
         found[f"{algorithm}_scaled_p_{arm}"] = p_text(float(value))
         found[f"{algorithm}_scaled_error"] = number(float(iqm(ours.final_error_mm)))
+    found["off_auto"] = _gap(scores["SAC, n = 11", "raw auto"], scores["SAC, n = 11", "raw"])
+    for arm in ("clarke", "raw"):
+        last = scores["SAC, n = 11", arm].last_success
+        found[f"SAC_last_{arm}"] = with_interval(iqm_t(last), 2)
     return found
 
 
@@ -172,10 +177,11 @@ def other_words() -> dict[str, str]:
         pair = [runs("tuned")[task, arm] for arm in ("raw", "clarke")]
         key = task.replace(" = ", "_")
         found[f"tuned_gap_{key}"] = _gap(*pair)
-        found[f"tuned_steps_{key}"] = with_interval(mean_ratio_t(pair[0].steps, pair[1].steps))
+        found[f"tuned_steps_{key}"] = steps_over(*pair)
     caps = runs("repair_mujoco")
     for arm in ("projected", "repaired", "clarke"):
         found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
+    found |= off_policy_words()
     clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")
