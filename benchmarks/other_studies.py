@@ -155,6 +155,20 @@ def off_policy_words() -> dict[str, str]:
     return found
 
 
+def suite_words() -> dict[str, str]:
+    """Return what the template's {names} of the other tasks stand for."""
+    scores = runs("suite")
+    found = {
+        "suite_seeds": seeds(scores.values()),
+        "suite_registered": registered("suite"),
+        "suite_table": arms_table("suite", "raw", {}, in_mm=False),
+    }
+    for (task, arm), own in scores.items():
+        if arm != "raw":
+            found[f"{task.replace(' ', '_')}_{arm}"] = _gap(own, scores[task, "raw"])
+    return found
+
+
 def other_words() -> dict[str, str]:
     """Return what the template's {names} of these studies stand for."""
     best = {arm: at_best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}
@@ -181,7 +195,7 @@ def other_words() -> dict[str, str]:
     caps = runs("repair_mujoco")
     for arm in ("projected", "repaired", "clarke"):
         found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
-    found |= off_policy_words()
+    found |= off_policy_words() | suite_words()
     clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")

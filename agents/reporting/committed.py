@@ -43,7 +43,8 @@ def _metric(column: str) -> Metric:
 
 
 def _evals(rows: list[dict[str, str]], goals: int) -> Evals:
-    columns = {_metric(column): column for column in rows[0] if column not in _FIXED}
+    own = [c for c in rows[0] if c not in _FIXED and rows[0][c]]  # other tasks measure others
+    columns = {_metric(column): column for column in own}
     success = np.array([float(row["success_rate"]) for row in rows])
     counts = np.rint(success * goals).astype(int)
     if np.abs(counts / goals - success).max() > 1e-5:

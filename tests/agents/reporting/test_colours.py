@@ -112,7 +112,11 @@ def test_arms_of_every_panel_of_committed_studies_are_apart(folder):
             for group in tasks
             for names in (panel[against:] for panel in panels_of(study.representations))
         }
-        for ax in draw(summary, "").axes:
+        figure = draw(summary, "")
+        if against and len(study.representations) == 1:
+            assert figure is None
+            continue
+        for ax in figure.axes:
             found = drawn(ax)
             assert len(found) in counts, (draw, ax)  # one colour an arm
             for seen in colours.SEEN:
