@@ -119,10 +119,9 @@ def film(env_id: str, path: Path) -> None:
     env: Any = gym.make(env_id, n_tendons=7, representation="clarke", **size)
     observation, _ = env.reset(seed=FILMED)
     controller: Any = make_controller("clarke_controller", env)
-    frames, over = [Image.fromarray(env.render())], False
-    while not over:
-        *_, over, info = step = env.step(controller.act(observation))
-        observation = step[0]
+    frames, terminated, truncated = [Image.fromarray(env.render())], False, False
+    while not (terminated or truncated):
+        observation, _, terminated, truncated, info = env.step(controller.act(observation))
         if env.unwrapped.steps[0] % EVERY == 0:
             frames.append(Image.fromarray(env.render()))
     if not info["is_success"]:

@@ -136,18 +136,16 @@ def off_policy_words() -> dict[str, str]:
         for n in (3, 11):
             pair = [scores[f"{algorithm}, n = {n}", arm] for arm in ("clarke", "raw")]
             found[f"{algorithm}_{n}"] = _gap(*pair)
-    pairs = [
-        (algorithm, arm, scaled[task, "raw_scaled"], scores[task, arm])
-        for algorithm in ("SAC", "TD3")
-        for task in (f"{algorithm}, n = 11",)
-        for arm in ("raw", "clarke")
-    ]
-    p = holm([welch_p(ours.auc, theirs.auc) for *_, ours, theirs in pairs])
-    for (algorithm, arm, ours, theirs), value in zip(pairs, p, strict=True):
-        found[f"{algorithm}_scaled"] = with_interval(iqm_t(ours.auc), 3)
-        found[f"{algorithm}_scaled_minus_{arm}"] = _gap(ours, theirs)
-        found[f"{algorithm}_scaled_p_{arm}"] = p_text(float(value))
-        found[f"{algorithm}_scaled_error"] = number(float(iqm(ours.final_error_mm)))
+    own = {algorithm: scaled[f"{algorithm}, n = 11", "raw_scaled"] for algorithm in ("SAC", "TD3")}
+    pairs = {
+        (name, arm): scores[f"{name}, n = 11", arm] for name in own for arm in ("raw", "clarke")
+    }
+    p = holm([welch_p(own[name].auc, other.auc) for (name, _), other in pairs.items()])
+    for name, ours in own.items():
+        found[f"{name}_scaled"] = with_interval(iqm_t(ours.auc), 3)
+    for ((name, arm), other), value in zip(pairs.items(), p, strict=True):
+        found[f"{name}_scaled_minus_{arm}"] = _gap(own[name], other)
+        found[f"{name}_scaled_p_{arm}"] = p_text(float(value))
     found["off_auto"] = _gap(scores["SAC, n = 11", "raw auto"], scores["SAC, n = 11", "raw"])
     for arm in ("clarke", "raw"):
         last = scores["SAC, n = 11", arm].last_success

@@ -27,6 +27,7 @@ from benchmarks.committed_scores import (
     runs,
     seeds,
     signed,
+    steps_over,
 )
 from benchmarks.other_studies import other_words
 from benchmarks.robustness import robust_words
@@ -168,9 +169,9 @@ def arm_table() -> str:
         if arm == "raw":
             row += ["", "", "", "", ""]
         else:
-            ratio = mean_ratio_t(scores.steps, arms["raw"].steps)
+            steps = steps_over(scores, arms["raw"])
             row += [signed(effect(arm, "raw")), p_text(p[arm]), with_interval(share(arm))]
-            row += ["yes" if closes(arm) else "no", with_interval(ratio)]
+            row += ["yes" if closes(arm) else "no", steps]
         rows.append([*row, number(float(iqm(scores.final_error_mm)))])
     return plain_table(rows)
 
@@ -195,8 +196,8 @@ def short_table() -> str:
         if arm == "raw":
             row += ["0", "1"]
         else:
-            ratio = with_interval(mean_ratio_t(scores.steps, arms["raw"].steps))
-            row += ["1" if arm == "clarke" else with_interval(share(arm)), ratio]
+            steps = steps_over(scores, arms["raw"])
+            row += ["1" if arm == "clarke" else with_interval(share(arm)), steps]
         rows.append([*row, number(float(iqm(scores.final_error_mm)))])
     return plain_table(rows)
 
