@@ -170,7 +170,7 @@ def _train(command: Train) -> int:
 
 
 def _evaluate(command: Evaluate) -> int:
-    from agents.learning.evaluation import evaluate_run
+    from agents.learning.acting import evaluate_run
 
     print(evaluate_run(command.run, command.agent, command.goals))
     return 0

@@ -26,7 +26,8 @@ import torch
 
 from agents.files import ROOT
 from agents.learning.config import TrainConfig, load_config
-from agents.learning.training import make_model, make_training_env, train
+from agents.learning.models import make_model, make_training_env
+from agents.learning.training import train
 from agents.studies.config import StudyConfig
 from agents.studies.executors import run_pool
 

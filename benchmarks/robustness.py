@@ -21,8 +21,9 @@ import numpy as np
 from tqdm import tqdm
 
 from agents.files import write_text
+from agents.learning.acting import load_agent
 from agents.learning.config import EnvSettings, TrainConfig, load_config
-from agents.learning.evaluation import HeldOutEvaluation, load_agent
+from agents.learning.evaluation import HeldOutEvaluation
 from agents.reporting.cells import from_cell, to_cell
 from agents.reporting.loading import load_study
 from agents.reporting.small_samples import mean_difference_t

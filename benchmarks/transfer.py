@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from agents.files import write_text
+from agents.learning.acting import load_agent
 from agents.learning.config import EnvSettings, TrainConfig, load_config
-from agents.learning.evaluation import Agent, HeldOutEvaluation, load_agent
+from agents.learning.evaluation import Agent, HeldOutEvaluation
 from agents.reporting.loading import load_study
 from agents.reporting.results import Arm
 from clarke_gym.numerics.arrays import FloatArray

@@ -22,8 +22,9 @@ from agents.reporting.house_style import (
 from agents.reporting.inside import TABLE, read_inside
 from agents.reporting.marks import MARKS
 from agents.reporting.statistics import iqm
-from benchmarks import why_clarke as why
+from benchmarks import scaling_law
 from benchmarks.committed_scores import DOCS, seeds
+from benchmarks.mechanism import PATH, effect, mechanism
 
 BAR, REST = MARKS["clarke"].colour, FAINT
 
@@ -37,16 +38,16 @@ def _figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list
 
 def waterfall() -> Figure:
     """AUC of success from raw to Clarke, one change a bar, with the interval of the change."""
-    arms = why.mechanism()
+    arms = mechanism()
     figure, (ax,) = _figure(7.6, 3.6)
-    names = ["raw", *(what for _, what in why.PATH), "clarke"]
+    names = ["raw", *(what for _, what in PATH), "clarke"]
     level = float(iqm(arms["raw"].auc))
     start = level
     ax.barh(0, level, color=MARKS["raw"].colour, height=0.6)
     before = "raw"
-    for y, (arm, _) in enumerate(why.PATH, 1):
-        change = why.effect(arm, before)
-        colour = BAR if y < len(why.PATH) else REST
+    for y, (arm, _) in enumerate(PATH, 1):
+        change = effect(arm, before)
+        colour = BAR if y < len(PATH) else REST
         ax.barh(y, change.estimate, left=level, color=colour, height=0.6)
         ax.plot([level + change.low, level + change.high], [y, y], color=INK, lw=1.2)
         level += change.estimate
@@ -108,14 +109,17 @@ def law() -> Figure:
     """Ratio of steps to 90 % to those of Clarke coordinates over n, with the fitted laws."""
     figure, (ax,) = _figure(6.4, 3.6)
     grid = np.geomspace(2, 64, 60)
-    fits = {entry.name: entry for entry in why.laws()}
-    for name, line, function in (("power", "-", why.power), ("linear", ":", why.linear)):
+    fits = {entry.name: entry for entry in scaling_law.laws()}
+    for name, line, function in (
+        ("power", "-", scaling_law.power),
+        ("linear", ":", scaling_law.linear),
+    ):
         values = function(grid, fits[name].parameter.estimate)
         ax.plot(grid, values, color=FAINT, ls=line, lw=1.2, label=f"{name} law")
     for arm, place in (("raw", "raw"), ("repaired", "scaled marginal")):
         m = MARKS[place]
-        for n, ratio in why.ratios(arm).items():
-            held = arm == "raw" and n == why.HELD_OUT
+        for n, ratio in scaling_law.ratios(arm).items():
+            held = arm == "raw" and n == scaling_law.HELD_OUT
             face = "white" if held else m.colour
             ax.plot([n, n], [ratio.low, ratio.high], color=m.colour, lw=1.5)
             ax.plot(n, ratio.estimate, marker=m.marker, color=m.colour, mfc=face, ms=7, ls="")

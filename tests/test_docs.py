@@ -44,23 +44,17 @@ def test_why_clarke_says_what_its_studies_say():
     assert WHY.read_text() == page()
 
 
-def test_the_readme_shows_the_short_table():
-    from benchmarks.why_clarke import short_table
-
-    assert short_table() in (DOCS.parent / "README.md").read_text()
-
-
 def test_why_clarke_fails_where_the_results_differ(monkeypatch):
-    from benchmarks import why_clarke
+    from benchmarks import mechanism, why_clarke
 
-    arms = why_clarke.mechanism()
+    arms = mechanism.mechanism()
     moved = arms | {"raw": replace(arms["raw"], auc=arms["raw"].auc + 0.002)}
-    monkeypatch.setattr(why_clarke, "mechanism", lambda: moved)
+    monkeypatch.setattr(mechanism, "mechanism", lambda: moved)
     assert why_clarke.PAGE.read_text() != why_clarke.page()
 
 
 def test_the_laws_over_n_are_fitted_as_they_are_written():
-    from benchmarks.why_clarke import fit_linear, fit_power, linear, power
+    from benchmarks.scaling_law import fit_linear, fit_power, linear, power
 
     n = np.array([3.0, 6.0, 11.0, 64.0])
     assert float(fit_power(n, power(n, 0.4))) == pytest.approx(0.4)

@@ -148,6 +148,6 @@ def test_numbers_of_the_comparison_are_those_of_the_committed_runs():
 
 
 def test_the_table_of_why_is_what_its_results_say():
-    from benchmarks import why_clarke
+    from benchmarks.mechanism import short_table
 
-    assert why_clarke.short_table().strip() in README
+    assert short_table().strip() in README

@@ -45,24 +45,25 @@ def test_one_robot_or_many_is_known_in_numerics_and_the_engines_alone():
     assert found == []
 
 
-def imports_at_the_top(path):
-    module = ".".join(("clarke_gym", *path.relative_to(ROOT).with_suffix("").parts))
-    for node in ast.parse(path.read_text()).body:
-        if isinstance(node, ast.ImportFrom) and node.module and "clarke_gym" in node.module:
-            for alias in node.names:
-                yield module, f"{node.module}.{alias.name}"
-                yield module, node.module
+def module_of(path):
+    return ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+
+
+def imports(path):
+    """Return what a file imports, inside its functions, too."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def test_no_circles():
-    modules = {
-        ".".join(("clarke_gym", *p.relative_to(ROOT).with_suffix("").parts)) for p in sources()
-    }
+    packages = ("clarke_gym", "agents", "benchmarks")
+    files = [path for name in packages for path in (ROOT.parent / name).rglob("*.py")]
+    modules = {module_of(path) for path in files}
     edges = defaultdict(set)
-    for path in sources():
-        for here, there in imports_at_the_top(path):
-            if there in modules and there != here:
-                edges[here].add(there)
+    for path in files:
+        edges[module_of(path)] = set(imports(path)) & modules - {module_of(path)}
     done, path = set(), []
 
     def visit(module):

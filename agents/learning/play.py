@@ -13,8 +13,9 @@ import numpy as np
 from PIL import Image
 
 from agents.files import CONFIG, ConfigError, write_bytes
+from agents.learning.acting import load_agent
 from agents.learning.config import TrainConfig, load_config
-from agents.learning.evaluation import HELD_OUT_SEED, load_agent
+from agents.learning.evaluation import HELD_OUT_SEED
 
 
 def play(folder: Path, agent: str, out: Path, episodes: int = 3, size: int = 320) -> int:
@@ -25,7 +26,7 @@ def play(folder: Path, agent: str, out: Path, episodes: int = 3, size: int = 320
     folder : Path
         Run folder.
     agent : str
-        As in `agents.learning.evaluation.evaluate_run`.
+        As in `agents.learning.acting.evaluate_run`.
     out : Path
         A .gif, or a .mp4 where imageio is installed; an existing file is kept.
     episodes : int

@@ -7,19 +7,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import safetensors
 import safetensors.torch
 from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents import files
 from agents.files import ConfigError
-
-if TYPE_CHECKING:
-    from stable_baselines3.common.base_class import BaseAlgorithm
-
-    from agents.learning.config import TrainConfig
+from agents.learning.config import TrainConfig
+from agents.learning.manifold_policy import ManifoldPolicy
+from agents.learning.models import make_model, make_training_env
 
 FOLDER = "policy"
 TENSORS, ABOUT = f"{FOLDER}/policy.safetensors", f"{FOLDER}/policy.json"
@@ -33,8 +32,6 @@ def _shape(space: spaces.Space[Any]) -> Any:
 
 def write_policy(folder: Path, config: TrainConfig, model: BaseAlgorithm) -> None:
     """Write a model's policy into ``policy/`` of a run folder."""
-    from agents.learning.manifold_policy import ManifoldPolicy
-
     (folder / FOLDER).mkdir(exist_ok=True)
     policy: Any = model.policy
     about = {
@@ -71,8 +68,6 @@ def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
         raise ConfigError(f"{folder} holds no trained policy ({TENSORS}); finish it first")
     if (folder / files.DONE).is_file() and (found := files.damage(folder)):
         raise ConfigError(f"damaged run: {found}")
-    from agents.learning.training import make_model, make_training_env
-
     vec_env = make_training_env(config)
     model = make_model(config, vec_env)
     vec_env.close()

@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from agents.files import ConfigError
+from agents.learning.acting import evaluate_run
 from agents.learning.config import TrainConfig, load_config
-from agents.learning.evaluation import evaluate_run
 from agents.learning.training import train
 from agents.reporting.cells import from_cell, to_cell
 from agents.reporting.tables import plain

@@ -16,7 +16,7 @@ def test_every_algorithm_has_a_file_and_a_class_that_takes_its_settings(name, tm
     config = load_config(TrainConfig, tmp_path / "run.yaml")
     assert isinstance(config.algo, ALGORITHMS[name].settings)
     assert (ROOT / "configs" / "algos" / f"{name}.yaml").exists()
-    from agents.learning.training import make_model, make_training_env
+    from agents.learning.models import make_model, make_training_env
 
     model = make_model(config, make_training_env(config))
     assert type(model) is ALGORITHMS[name].load_class()
@@ -31,7 +31,7 @@ def test_a_library_that_is_not_installed_is_named_before_anything_runs(monkeypat
 
 
 def test_a_learning_rate_that_falls_reaches_its_end(tmp_path):
-    from agents.learning.training import make_model, make_training_env
+    from agents.learning.models import make_model, make_training_env
 
     (tmp_path / "run.yaml").write_text("algo: {name: ppo, final_learning_rate: 1.0e-5}")
     config = load_config(TrainConfig, tmp_path / "run.yaml")

@@ -13,17 +13,13 @@ import torch
 from PIL import Image
 
 from agents.files import ROOT, ConfigError
+from agents.learning.acting import RandomAgent, evaluate_run
 from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import EnvSettings, TrainConfig
-from agents.learning.evaluation import (
-    HELD_OUT_SEED,
-    TRAINING_SEED_LIMIT,
-    HeldOutEvaluation,
-    RandomAgent,
-    evaluate_run,
-)
+from agents.learning.evaluation import HELD_OUT_SEED, HeldOutEvaluation
+from agents.learning.models import TRAINING_SEED_LIMIT, make_model, make_training_env
 from agents.learning.play import play
-from agents.learning.training import make_model, make_training_env, train
+from agents.learning.training import train
 
 TINY = {
     "name": "tiny",
