@@ -153,7 +153,6 @@ def _found(config: Path) -> Path:
 def _train(command: Train) -> int:
     from agents.files import ConfigError, run_folder
     from agents.learning.config import TrainConfig, load_config
-    from agents.learning.training import train
     from agents.studies.study import progress_bar
 
     overrides = dict(command.set)
@@ -163,6 +162,8 @@ def _train(command: Train) -> int:
         overrides["seed"] = str(command.seed)
     config = load_config(TrainConfig, _found(command.config), overrides)
     folder = command.out or run_folder(RUNS / "train", config.name, config.seed)
+    from agents.learning.training import train  # loads torch: mistakes have been said before
+
     with progress_bar(config.total_steps) as bar:
         fresh = train(config, folder, bar.update)
     print(f"{folder}: {'finished' if fresh else 'was finished before; nothing was changed'}")

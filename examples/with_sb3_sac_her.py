@@ -10,7 +10,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 
 import clarke_gym  # noqa: F401
 
-STEPS = 8_000
+STEPS = 6_000
 KEYWORDS = {
     "n_tendons": 7,
     "representation": "clarke",

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from agents.files import CONFIG
 from agents.learning.config import TrainConfig, load_config
 from agents.learning.evaluation import Agent, HeldOutEvaluation
-from agents.learning.policies import load_policy
 from clarke_gym.control import CONTROLLERS, make_controller
 
 
@@ -70,6 +69,8 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
         return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
+    from agents.learning.policies import load_policy  # loads torch, which nobody else needs
+
     return PolicyAgent(load_policy(folder, config))
 
 

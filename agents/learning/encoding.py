@@ -6,9 +6,7 @@ arrays, NumPy generators and torch tensors; anything else is refused by its name
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections import deque
 from typing import Any
 
@@ -16,7 +14,7 @@ import numpy as np
 import safetensors.torch
 import torch
 
-from agents.files import npz_bytes
+from agents.files import npz_bytes, read_npz
 
 STATE, ARRAYS, TENSORS = "state.json", "arrays.npz", "tensors.safetensors"
 FILES = (STATE, ARRAYS, TENSORS)
@@ -111,20 +109,6 @@ class _Decoder:
                 bits.state = state
                 return np.random.Generator(bits)
         raise ValueError(f"unknown kind {node[_KIND]!r}")
-
-
-def read_npz(data: bytes) -> dict[str, Any]:
-    """Return the arrays of an npz; one that is compressed or needs pickle is refused.
-
-    Raises
-    ------
-    ValueError
-    """
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ValueError("compressed arrays are not read: a small file could fill the memory")
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
 
 
 def decode_state(files: dict[str, bytes]) -> Any:

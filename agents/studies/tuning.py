@@ -19,7 +19,6 @@ import numpy as np
 from agents import files
 from agents.files import DONE, EVALS, TRIALS, ConfigError
 from agents.learning.config import TrainConfig
-from agents.learning.encoding import read_npz
 from agents.metrics import auc
 from agents.studies.config import Search, StudyConfig
 from agents.studies.executors import Job, Outcome, run_pool
@@ -119,7 +118,7 @@ def _score(path: Path) -> float:
     """Return the AUC of success of a run; 0 where its policy was no longer finite."""
     if not (path / DONE).is_file():
         return 0.0
-    evals = read_npz((path / EVALS).read_bytes())
+    evals = files.read_npz((path / EVALS).read_bytes())
     return float(auc(evals["env_steps"], evals["is_success"].mean(axis=1)))
 
 

@@ -1,5 +1,6 @@
 """The command line as a newcomer meets it."""
 
+import os
 import subprocess
 import sys
 
@@ -35,3 +36,24 @@ def test_expected_errors_are_one_line_and_not_a_traceback(tmp_path):
     empty = call("report", "--study", str(tmp_path))
     assert empty.returncode == 2
     assert "Traceback" not in empty.stderr
+
+
+def test_mistakes_are_told_before_torch_is_loaded(tmp_path):
+    (tmp_path / "run.yaml").write_text("total_steps: 0\n")
+    told = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import sys, train\n"
+            "for command in ('train', 'study', 'tune'):\n"
+            "    assert train.main([command, '--config', 'run.yaml']) == 2\n"
+            "assert train.main(['evaluate', '--run', '.']) == 2\n"
+            "print('torch' in sys.modules)\n",
+        ],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    assert told.stderr.count("error: ") == 4, told.stderr
+    assert told.stdout == "False\n"

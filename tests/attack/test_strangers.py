@@ -143,7 +143,7 @@ def test_compressed_or_pickled_arrays_are_refused(tmp_path):
 
     import numpy as np
 
-    from agents.learning.encoding import read_npz
+    from agents.files import read_npz
 
     for save, arrays in ((np.savez_compressed, np.zeros(10)), (np.savez, np.array([{}]))):
         buffer = io.BytesIO()
