@@ -20,6 +20,9 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=
 Steps = Annotated[int, Field(gt=0, le=10_000_000_000)]
 """Environment steps; ten thousand million are years on one machine."""
 
+Seed = Annotated[int, Field(ge=0, lt=10_000)]
+"""Of a run; environments have seeds of their own, 100,000 apart."""
+
 _M = TypeVar("_M", bound=BaseModel)
 
 
@@ -86,7 +89,7 @@ class TrainConfig(WithPlugins):
     env: EnvSettings = EnvSettings()
     algo: AlgoSettings = PPOSettings()
     total_steps: Steps = 204_800
-    seed: Annotated[int, Field(ge=0, lt=10_000)] = 0
+    seed: Seed = 0
     evaluation: EvalSettings = EvalSettings()
     checkpoint_every_steps: Steps = 102_400
     """Environment steps between checkpoints."""

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from agents.files import ROOT, sha256
 from agents.learning.algorithms import Fraction, Model
-from agents.learning.config import Name, Scalar, TrainConfig, WithPlugins
+from agents.learning.config import Name, Scalar, Seed, TrainConfig, WithPlugins
 from agents.yaml_files import read_yaml
 
 COMMITTED: Path = ROOT / "configs" / "studies"
@@ -78,7 +78,7 @@ class Search(Model):
     """What `train.py tune` tries, the same for every arm."""
 
     configurations: Annotated[int, Field(gt=0, le=1_000)]
-    seeds: Annotated[list[int], Field(min_length=1, max_length=100)]
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)]
     """Seeds of the trials; the winners run on others."""
     space: Annotated[dict[str, Range], Field(min_length=1)]
     """Setting of the learner -> range."""
@@ -153,7 +153,7 @@ class StudyConfig(WithPlugins):
     search: Search | None = Field(default=None, exclude_if=lambda s: s is None)
     representations: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
     tasks: Annotated[list[Variant], Field(min_length=1, max_length=Few)]
-    seeds: Annotated[list[int], Field(min_length=1, max_length=10_000)]
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=10_000)]
     base: TrainConfig
 
     @model_validator(mode="before")
@@ -227,15 +227,12 @@ class StudyConfig(WithPlugins):
 
     def runs(self) -> list[TrainConfig]:
         """Return every run, seeds outermost so that an early stop leaves all arms comparable."""
-        return [
-            self._run(name, representation, task, seed)
-            for seed in self.seeds
-            for name, representation, task in self.arms()
-        ]
+        arms = [self._run(*arm) for arm in self.arms()]
+        return [arm.model_copy(update={"seed": seed}) for seed in self.seeds for arm in arms]
 
-    def _run(self, name: str, representation: Variant, task: Variant, seed: int) -> TrainConfig:
+    def _run(self, name: str, representation: Variant, task: Variant) -> TrainConfig:
         data = self.base.model_dump()
-        data["name"], data["seed"] = name, seed
+        data["name"] = name
         data["plugins"] = list(dict.fromkeys([*self.plugins, *self.base.plugins]))
         for variant in (task, representation):
             data["env"]["kwargs"].update(variant.env)

@@ -150,7 +150,7 @@ def test_goals_where_no_tip_of_several_segments_comes_are_refused(n_segments):
     bending = (share * limits)[..., None] * np.stack([np.cos(turn), np.sin(turn)], -1)
     tips = kinematics.forward(bending, robot.lengths)[0]
     refused = 0
-    for goal in rng.uniform(-0.6, 0.6, (40, 3)) * robot.length_m:
+    for goal in rng.uniform(-0.6, 0.6, (16, 3)) * robot.length_m:
         nearest = np.linalg.norm(tips - goal, axis=-1).min() / robot.length_m
         try:
             env.reset(options={"goal": goal})
@@ -162,4 +162,4 @@ def test_goals_where_no_tip_of_several_segments_comes_are_refused(n_segments):
             hint = json.loads(re.search(r"is (\[.*?\]) m", str(error))[1])
             env.reset(options={"goal": hint})
             assert np.linalg.norm(hint - goal) / robot.length_m == pytest.approx(said, abs=2e-3)
-    assert refused > 10
+    assert 4 < refused < 16

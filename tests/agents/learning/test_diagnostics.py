@@ -69,7 +69,8 @@ def test_commands_off_the_manifold_are_counted_against_their_limit(tmp_path):
 
 
 def test_slack_tendons_are_counted_where_there_are_tensions(tmp_path):
-    kwargs = "{{n_tendons: 4, representation: raw, physics: mujoco, max_cocontraction_m: {}}}"
+    kwargs = "{{n_tendons: 4, representation: raw, physics: mujoco, episode_steps: 8, "
+    kwargs += "max_cocontraction_m: {}}}"
     shares = [
         run(tmp_path / name, **{"env.kwargs": kwargs.format(most), "total_steps": "256"})["slack"]
         for name, most in (("little", "1.0e-6"), ("much", "1.0e-2"))
