@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.reporting.bootstrap import Array
+from agents.reporting.inside import TABLE, Inside, read_inside
 from agents.reporting.small_samples import iqm_difference_t, iqm_t
 from agents.reporting.statistics import holm, iqm, welch_p
 from agents.reporting.tuning import read_trials
@@ -87,8 +88,10 @@ def tuning_table() -> str:
 # --- MuJoCo and two segments ------------------------------------------------------------------
 
 
-def arms_table(study: str, baseline: str, names: dict[str, str], in_mm: bool = True) -> str:
-    """Return every arm against the one that it is compared with on its task."""
+def arms_rows(
+    study: str, baseline: str, names: dict[str, str], in_mm: bool = True
+) -> list[list[str]]:
+    """Return a head, and every arm against the one that it is compared with on its task."""
     scores = runs(study)
     others = [key for key in scores if key[1] != baseline]
     values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
@@ -107,7 +110,12 @@ def arms_table(study: str, baseline: str, names: dict[str, str], in_mm: bool = T
             row += [_gap(found, against), p_text(p[task, arm]), steps]
         row.append(with_interval(iqm_t(found.last_success), 2))
         rows.append(row + [number(float(iqm(found.final_error_mm)))] * in_mm)
-    return plain_table(rows)
+    return rows
+
+
+def arms_table(study: str, baseline: str, names: dict[str, str], in_mm: bool = True) -> str:
+    """Return the table of a study's arms."""
+    return plain_table(arms_rows(study, baseline, names, in_mm))
 
 
 SEGMENT_ARMS = {
@@ -121,6 +129,24 @@ SEGMENT_ARMS = {
     "clarke": "Clarke",
 }
 """Arms of the study with two segments, as the page calls them."""
+
+
+def inside(study: str, task: str, arm: str) -> Inside:
+    """Return what happened inside an arm of a committed study."""
+    rows = read_inside(DOCS / "results" / study / TABLE)
+    return next(row for row in rows if (row.task, row.representation) == (task, arm))
+
+
+def slack_words() -> dict[str, str]:
+    """Return how often commands are at the cap, and tendons slack, in the first and last update."""
+    found = {"hold_raw_slack": number(float(inside("hold", "Hold", "raw").values["slack"][-1]))}
+    for arm in ("raw", "repaired"):
+        values = inside("repair_mujoco", "cap 1 mm", arm).values
+        for name in ("capped", "slack"):
+            early, late = (float(values[name][k]) for k in (0, -1))
+            found[f"{arm}_{name}_early"] = number(early)
+            found[f"{arm}_{name}_late"] = number(late)
+    return found
 
 
 def off_policy_words() -> dict[str, str]:
@@ -153,6 +179,27 @@ def off_policy_words() -> dict[str, str]:
     return found
 
 
+FURTHER = {"hold": "Hold, MuJoCo", "nest": "Nest, difficulty 0", "sparse": "Reach, sparse reward"}
+"""Further studies of a task each, and what the page calls them."""
+
+
+def further_words() -> dict[str, str]:
+    """Return what the template's {names} of further tasks stand for."""
+    table: list[list[str]] = []
+    found = {"further_seeds": seeds(r for study in FURTHER for r in runs(study).values())}
+    for study, name in FURTHER.items():
+        head, *rows = arms_rows(study, "raw", {}, in_mm=False)
+        table = table or [head]
+        table += [[f"{name}, {row[0]}", *row[1:]] for row in rows]
+        found[f"{study}_registered"] = registered(study)
+        scores = {arm: own for (_, arm), own in runs(study).items()}
+        for arm, own in scores.items():
+            found[f"{study}_{arm}_last"] = with_interval(iqm_t(own.last_success), 2)
+            if arm != "raw":
+                found[f"{study}_{arm}"] = _gap(own, scores["raw"])
+    return found | {"further_table": plain_table(table)}
+
+
 def suite_words() -> dict[str, str]:
     """Return what the template's {names} of the other tasks stand for."""
     scores = runs("suite")
@@ -175,6 +222,7 @@ def other_words() -> dict[str, str]:
         "noise_registered": registered("noise"),
         "noise_table": noise_table(),
         "noise_raw_11": _gap(best["raw n = 11"], best["clarke"]),
+        "noise_scaled_11": _gap(at_best_noise("scaled n = 11"), best["clarke"]),
         "noise_raw_3": _gap(best["raw n = 3"], best["clarke"]),
         "tuned_seeds": seeds(runs("tuned").values()),
         "tuning_table": tuning_table(),
@@ -193,7 +241,7 @@ def other_words() -> dict[str, str]:
     caps = runs("repair_mujoco")
     for arm in ("projected", "repaired", "clarke"):
         found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
-    found |= off_policy_words() | suite_words()
+    found |= off_policy_words() | suite_words() | further_words() | slack_words()
     clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")
