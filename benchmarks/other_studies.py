@@ -140,12 +140,11 @@ def inside(study: str, task: str, arm: str) -> Inside:
 def slack_words() -> dict[str, str]:
     """Return how often commands are at the cap, and tendons slack, in the first and last update."""
     found = {"hold_raw_slack": number(float(inside("hold", "Hold", "raw").values["slack"][-1]))}
-    for arm in ("raw", "repaired"):
-        values = inside("repair_mujoco", "cap 1 mm", arm).values
+    for arm, cap in (("raw", "0.2"), ("raw", "1"), ("raw", "5"), ("projected", "0.2")):
+        key, values = cap.replace(".", ""), inside("repair_mujoco", f"cap {cap} mm", arm).values
         for name in ("capped", "slack"):
-            early, late = (float(values[name][k]) for k in (0, -1))
-            found[f"{arm}_{name}_early"] = number(early)
-            found[f"{arm}_{name}_late"] = number(late)
+            for when, update in (("early", 0), ("late", -1)):
+                found[f"{arm}_{key}_{name}_{when}"] = number(float(values[name][update]))
     return found
 
 
