@@ -120,7 +120,12 @@ def _latex(summary: Summary) -> str:
 
 
 def write_report(
-    study_dir: Path, out_dir: Path | None = None, *, reps: int = REPS, seed: int = 0
+    study_dir: Path,
+    out_dir: Path | None = None,
+    *,
+    reps: int = REPS,
+    seed: int = 0,
+    kinds: tuple[str, ...] = FORMATS,
 ) -> Path:
     """Write ``report.html``, its figures (PNG, SVG, PDF), the tables, and the data behind them.
 
@@ -139,6 +144,8 @@ def write_report(
         Where to write; ``study_dir / "report"`` by default.
     reps, seed : int
         Replications and seed of every bootstrap.
+    kinds : tuple of str
+        Of `FORMATS`, with "png", which the page holds; half the time of a report goes into PDF.
 
     Returns
     -------
@@ -152,7 +159,7 @@ def write_report(
     """
     study_dir = Path(study_dir)
     out_dir = study_dir / "report" if out_dir is None else Path(out_dir)
-    return write_study(load_study(study_dir), out_dir, reps=reps, seed=seed)
+    return write_study(load_study(study_dir), out_dir, reps=reps, seed=seed, kinds=kinds)
 
 
 def table_page(study: Study, *, reps: int = REPS, seed: int = 0) -> str:
@@ -160,7 +167,14 @@ def table_page(study: Study, *, reps: int = REPS, seed: int = 0) -> str:
     return _markdown(summarise(study, seed=seed, reps=reps))
 
 
-def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0) -> Path:
+def write_study(
+    study: Study,
+    out_dir: Path,
+    *,
+    reps: int = REPS,
+    seed: int = 0,
+    kinds: tuple[str, ...] = FORMATS,
+) -> Path:
     """As `write_report`, for a study that is loaded already."""
     summary = summarise(study, seed=seed, reps=reps)
     line = footer(summary)
@@ -172,7 +186,7 @@ def write_study(study: Study, out_dir: Path, *, reps: int = REPS, seed: int = 0)
         figure = draw(summary, line)
         if figure is not None:
             file = name.format(metric=metric).replace(" ", "_")
-            files = {kind: rendered(figure, kind) for kind in FORMATS}
+            files = {kind: rendered(figure, kind) for kind in kinds}
             contents |= {f"{file}.{kind}": data for kind, data in files.items()}
             caption = caption.format(metric=metric)
             alt = f"{caption.split(':')[0].rstrip('.')} ({tasks}). The numbers are in the tables."

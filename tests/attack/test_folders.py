@@ -109,14 +109,14 @@ def make_finished(tmp_path):
 
 def test_a_report_replaces_its_own_files_only(make_finished, tmp_path):
     study = make_finished()
-    page = write_report(study, reps=20)
-    write_report(study, reps=20)
+    page = write_report(study, reps=20, kinds=("png",))
+    write_report(study, reps=20, kinds=("png",))
     assert page.exists()
     out = tmp_path / "mine"
     out.mkdir()
     (out / "table.csv").write_text("mine")
     with pytest.raises(ResultsError, match="not of an earlier report"):
-        write_report(study, out, reps=20)
+        write_report(study, out, reps=20, kinds=("png",))
     assert tree(out) == {"table.csv": b"mine"}
 
 
