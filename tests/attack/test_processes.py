@@ -14,7 +14,18 @@ from agents.studies import executors
 from agents.studies.config import StudyConfig
 from agents.studies.study import run_study
 from agents.yaml_files import yaml_text
-from tests.attack.world import LONG, LONGER, ON_MUJOCO, RUNS, STUDY, popen, tree, wait_for, write
+from tests.attack.world import (
+    LONG,
+    LONGER,
+    ON_MUJOCO,
+    RUNS,
+    STUDY,
+    has_checkpoint,
+    popen,
+    tree,
+    wait_for,
+    write,
+)
 
 LONG_STUDY = STUDY | {"base": STUDY["base"] | LONGER}
 
@@ -191,7 +202,7 @@ def test_signals_stop_within_three_seconds_in_one_line(tmp_path, number, code, c
     path = write(tmp_path / "config.yaml", config)
     out = tmp_path / "out"
     with popen(command, "--config", path, "--out", out, start_new_session=True) as process:
-        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        wait_for(lambda: has_checkpoint(out))
         workers = children(process.pid)
         began = time.monotonic()
         if number == signal.SIGINT:  # a terminal sends it to all
@@ -225,7 +236,7 @@ def test_a_library_that_does_not_close_holds_up_no_stop(tmp_path, number):
     out = tmp_path / "out"
     command = ("train", "--config", path, "--out", out, "--plugins", "stuck")
     with popen(*command, cwd=tmp_path) as process:
-        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        wait_for(lambda: has_checkpoint(out))
         process.send_signal(number)
         try:
             assert process.wait(30) == 128 + number  # far from 120
@@ -344,7 +355,7 @@ def test_two_studies_in_one_folder_and_train_in_a_run_of_a_study(tmp_path):
     single = write(tmp_path / "run.yaml", run.model_dump(mode="json"))
     folder = out / run.name / "seed_00"
     with popen("study", "--config", path, "--out", out, "--workers", 1) as first:
-        wait_for(lambda: list(out.rglob("checkpoint/step_*")))
+        wait_for(lambda: has_checkpoint(out))
         for command in (
             ("study", "--config", path, "--out", out),
             ("train", "--config", single, "--out", folder),

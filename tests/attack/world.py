@@ -93,6 +93,11 @@ def wait_for(condition, seconds=180, process=None):
         time.sleep(0.02)
 
 
+def has_checkpoint(folder):
+    """Whether a run below has one; `rglob` would fail where a part vanishes while it looks."""
+    return any(name.startswith("step_") for _, names, _ in os.walk(folder) for name in names)
+
+
 def popen(*arguments, cwd=None, **options):
     """Start the command line."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path[1:]])}
