@@ -22,6 +22,7 @@ _BASE = {
 _OFF_POLICY = {"learning_starts": 64, "batch_size": 32, "net_arch": [8], "buffer_size": 400}
 _HER = {"num_envs": 2, "kwargs": {"n_tendons": 5, "representation": "clarke", "goal_env": True}}
 _MUJOCO = {"num_envs": 4, "kwargs": {"n_tendons": 3, "physics": "mujoco", "threads": 1}}
+_MUJOCO["kwargs"]["episode_steps"] = 20  # tendons go slack, which is slow
 _SHORT = {"num_envs": 2, "kwargs": _MUJOCO["kwargs"] | {"episode_steps": 10}}
 _PPO = {"name": "ppo", "n_steps": 32, "batch_size": 64, "n_epochs": 2, "net_arch": [8]}
 RUNS = {
