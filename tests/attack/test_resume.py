@@ -146,7 +146,7 @@ def test_a_run_killed_at_random_instants_continues_to_the_byte(tmp_path, name, f
 
 
 def test_the_command_killed_at_random_instants(tmp_path):
-    longer = RUNS["ppo"] | {"total_steps": 8192}
+    longer = RUNS["ppo"] | {"total_steps": 8192 if LONG else 4096}
     train(TrainConfig.model_validate(longer), tmp_path / "whole")
     path = write(tmp_path / "run.yaml", longer)
     command = ("train", "--config", path, "--out", tmp_path / "run")

@@ -20,18 +20,20 @@ _BASE = {
     "checkpoint_every_steps": 128,
 }
 _OFF_POLICY = {"learning_starts": 64, "batch_size": 32, "net_arch": [8], "buffer_size": 400}
+_OFF_POLICY |= {"updates_per_env_step": 0.25}
+_BY_HINDSIGHT = _OFF_POLICY | {"replay": "her", "updates_per_env_step": 0.5}
 _HER = {"num_envs": 2, "kwargs": {"n_tendons": 5, "representation": "clarke", "goal_env": True}}
 _MUJOCO = {"num_envs": 4, "kwargs": {"n_tendons": 3, "physics": "mujoco", "threads": 1}}
-_MUJOCO["kwargs"]["episode_steps"] = 20  # tendons go slack, which is slow
+_MUJOCO["kwargs"]["episode_steps"] = 8  # tendons go slack, which is slow
 _SHORT = {"num_envs": 2, "kwargs": _MUJOCO["kwargs"] | {"episode_steps": 10}}
 _PPO = {"name": "ppo", "n_steps": 32, "batch_size": 64, "n_epochs": 2, "net_arch": [8]}
 RUNS = {
     "ppo": _BASE | {"algo": _PPO},
     "ppo_mujoco": _BASE | {"algo": _PPO, "env": _MUJOCO},
     "sac": _BASE | {"algo": {"name": "sac", **_OFF_POLICY}},
-    "sac_her": _BASE | {"algo": {"name": "sac", "replay": "her", **_OFF_POLICY}, "env": _HER},
+    "sac_her": _BASE | {"algo": {"name": "sac", **_BY_HINDSIGHT}, "env": _HER},
     "td3": _BASE | {"algo": {"name": "td3", **_OFF_POLICY}},
-    "td3_her": _BASE | {"algo": {"name": "td3", "replay": "her", **_OFF_POLICY}, "env": _HER},
+    "td3_her": _BASE | {"algo": {"name": "td3", **_BY_HINDSIGHT}, "env": _HER},
     "tqc": _BASE | {"algo": {"name": "tqc", **_OFF_POLICY}},
 }
 """The replay buffers are so small that they are overwritten."""
@@ -81,8 +83,9 @@ STUDY = {
 }
 
 
-LONGER = {"total_steps": 12_288, "checkpoint_every_steps": 1_024}
-LONGER |= {"evaluation": {"every_steps": 1_024, "n_goals": 50}}
+_EVERY = 1_024 if LONG else 512
+LONGER = {"total_steps": 12_288 if LONG else 4_096, "checkpoint_every_steps": _EVERY}
+LONGER |= {"evaluation": {"every_steps": _EVERY, "n_goals": 50}}
 """What makes a run long enough to be met in the middle."""
 
 

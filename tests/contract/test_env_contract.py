@@ -21,10 +21,6 @@ REPRESENTATIONS = [name for name in representation_names() if name not in INSTRU
 PHYSICS = ["constant_curvature", "mujoco"]
 
 
-def valid(representation, n):
-    return representation != "antagonistic" or n == 4
-
-
 REACH = "clarke_gym/Reach-v0"
 
 
@@ -41,10 +37,9 @@ GRID = [
     (REACH, physics, representation, n, segments, {"goal_env": goal_env})
     for physics in PHYSICS
     for representation in REPRESENTATIONS
-    for n in (3, 4, 7, 11, 32)
+    for n in ((3, 8, 32) if representation in ("raw", "clarke") else (4,))
     for segments in (1, 2, 3)
     for goal_env in (False, True)
-    if valid(representation, n)
 ] + [
     (env_id, physics, representation, n, 1 + n % 2, keywords)
     for env_id in IDS
@@ -121,13 +116,13 @@ def test_spec_survives_json(env_id, representation, physics):
 
 @pytest.mark.parametrize(("env_id", "representation", "physics"), SMALL)
 def test_observations_stay_in_their_space_and_use_it(env_id, representation, physics):
-    num_envs = 12 if physics == "mujoco" else 64  # robots with slack tendons are slow
+    num_envs, steps = (6, 80) if physics == "mujoco" else (64, 120)  # slack tendons are slow
     envs = gym.make_vec(
         env_id, num_envs=num_envs, representation=representation, physics=physics, n_tendons=4
     )
     rng = np.random.default_rng(0)
     observations = [envs.reset(seed=0)[0]]
-    for k in range(120):
+    for k in range(steps):
         # Long one-sided pushes reach the limits; random ones the inside.
         if k % 40 == 0:
             push = np.sign(rng.uniform(-1, 1, envs.action_space.shape))

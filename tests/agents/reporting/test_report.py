@@ -25,14 +25,11 @@ from agents.reporting.wording import answer, cpu_text, footer, reporting_block, 
 APART = {"n = 3": {"raw": 0.6, "clarke": 1.5}}
 
 
-def of(*figures):
-    """Return the files of figures."""
-    return {f"{name}.{kind}" for name in figures for kind in FORMATS}
-
-
-FILES = of(
-    "learning_curves", "forest", "auc", "steps_to_threshold", "tip_error_profile", "wall_clock"
-) | {
+FIGURES = (
+    *("learning_curves", "forest", "auc"),
+    *("steps_to_threshold", "tip_error_profile", "wall_clock"),
+)
+OTHERS = {
     "report.json",
     "table.csv",
     "curves.csv",
@@ -42,6 +39,11 @@ FILES = of(
     "methods.md",
     "report.html",
 }
+
+
+def files(figures=FIGURES, kinds=("png",)):
+    """Return the files of a report."""
+    return OTHERS | {f"{name}.{kind}" for name in figures for kind in kinds}
 
 
 def report(folder, **options):
@@ -81,7 +83,7 @@ def test_writes_every_file_and_leaves_no_temporary(make_study):
     folder = make_study(APART)
     target = report(folder, kinds=FORMATS)
     assert target == folder / "report" / "report.html"
-    assert {path.name for path in target.parent.iterdir()} == FILES
+    assert {path.name for path in target.parent.iterdir()} == files(kinds=FORMATS)
 
 
 def test_page_is_self_contained_and_accessible(make_study):
@@ -107,7 +109,7 @@ def test_same_input_gives_the_same_bytes_and_another_seed_other_ones(make_study,
     for place in (first, again):
         report(folder, out_dir=place, kinds=FORMATS)
     report(folder, out_dir=other, seed=1)
-    for name in FILES:
+    for name in files(kinds=FORMATS):
         assert (first / name).read_bytes() == (again / name).read_bytes(), name
     assert (first / "table.csv").read_text() != (other / "table.csv").read_text()
 
@@ -242,10 +244,10 @@ def test_study_without_baseline_or_side_files_still_reports(make_study):
     for name in ("manifest.json", "progress.csv"):
         for path in folder.glob(f"*/*/{name}"):
             path.unlink()
-    text = report(folder, kinds=FORMATS).read_text()
+    text = report(folder).read_text()
     assert "No comparison is possible yet" in text
     names = {path.name for path in (folder / "report").iterdir()}
-    assert names == FILES - of("forest", "wall_clock")
+    assert names == files(set(FIGURES) - {"forest", "wall_clock"})
     block = reporting_block(summary_of(folder))
     assert block["Code"] == block["CPU hours"] == "unknown"
 
@@ -288,13 +290,13 @@ def test_cpu_hours_tell_how_many_runs_they_cover(make_study):
 
 def test_failed_write_keeps_the_old_report(make_study, monkeypatch):
     folder = make_study(APART)
-    target = report(folder, kinds=FORMATS)
+    target = report(folder)
     before = target.read_bytes()
     monkeypatch.setattr("os.fdopen", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
         report(folder)
     assert target.read_bytes() == before
-    assert {path.name for path in target.parent.iterdir()} == FILES
+    assert {path.name for path in target.parent.iterdir()} == files()
 
 
 def test_classical_control_is_drawn_where_the_study_measured_it(make_study):
@@ -347,12 +349,12 @@ def test_whatever_a_task_measures_flows_to_tables_and_figures_by_name(make_study
     for run in folder.glob("*/seed_*"):
         measure_otherwise(run, metrics, rng)
     (folder / "clarke_0" / "seed_02" / "DONE").rename(folder / "clarke_0" / "seed_02" / "FAILED")
-    text = report(folder, kinds=FORMATS).read_text()
+    text = report(folder).read_text()
     assert '<th scope="col">Final laps</th>' in text
     assert "they have no laps" in text
     assert "tip error" not in text.lower()
     names = {path.name for path in (folder / "report").iterdir()}
-    assert names == FILES - of("tip_error_profile") | of("laps_profile")
+    assert names == files(set(FIGURES) - {"tip_error_profile"} | {"laps_profile"})
     row = table(folder)[0]
     assert 1.0 < float(row["final_laps_low"]) <= float(row["final_laps"]) < 2.0
     assert 1000.0 < float(row["final_gap_mm"]) < 2000.0
