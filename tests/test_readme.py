@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.badges import FOLDER, badge, facts
 from benchmarks.committed_reports import ROWS, row
 from clarke_gym.envs.config import all_keywords
 from clarke_gym.registration import ENVIRONMENTS, make_vector_env
@@ -31,6 +32,13 @@ def test_the_readme_breathes():
     assert len(README.splitlines()) <= 120
     for picture in re.findall(r"docs/media/\S+?\.(?:gif|png)", README):
         assert (ROOT / picture).stat().st_size < 2e6, picture
+
+
+def test_badges_say_what_the_package_says():
+    shown = set(re.findall(r"docs/media/badges/(\w+)\.svg", README))
+    assert shown == set(facts())
+    for name, says in facts().items():
+        assert (FOLDER / f"{name}.svg").read_text() == badge(name, says), name
 
 
 def test_keyword_table_is_complete():

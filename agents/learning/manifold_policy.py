@@ -203,3 +203,8 @@ class ManifoldPolicy(ActorCriticPolicy):
     def _build(self, lr_schedule: Schedule) -> None:
         self.action_dist = ManifoldGaussian(**self._manifold)
         super()._build(lr_schedule)
+
+
+def output_gain(policy: ActorCriticPolicy) -> float:
+    """Return what the output of a policy's network is multiplied by to give the mean action."""
+    return policy.action_dist.gain if isinstance(policy, ManifoldPolicy) else 1.0

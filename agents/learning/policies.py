@@ -9,15 +9,19 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import safetensors
 import safetensors.torch
+import torch
 from gymnasium import spaces
+from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.policies import ActorCriticPolicy
 
 from agents import files
 from agents.files import ConfigError
 from agents.learning.config import TrainConfig
-from agents.learning.manifold_policy import ManifoldPolicy
+from agents.learning.manifold_policy import output_gain
 from agents.learning.models import make_model, make_training_env
 
 FOLDER = "policy"
@@ -39,7 +43,7 @@ def write_policy(folder: Path, config: TrainConfig, model: BaseAlgorithm) -> Non
         "algorithm": config.algo.name,
         "policy_class": type(policy).__name__,
         "settings": config.algo.model_dump(mode="json"),
-        "output_gain": policy.action_dist.gain if isinstance(policy, ManifoldPolicy) else 1.0,
+        "output_gain": output_gain(policy),
         "env": config.env.model_dump(mode="json"),
         "observation_space": _shape(model.observation_space),
         "action_space": _shape(model.action_space),
@@ -77,3 +81,12 @@ def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
         reason = str(error).splitlines()[0]
         raise ConfigError(f"{folder / TENSORS} does not fit {files.CONFIG}: {reason}") from None
     return model
+
+
+def mean_actions(policy: ActorCriticPolicy, observations: NDArray[Any]) -> NDArray[np.float32]:
+    """Return the mean actions (B, K) of an actor and critic for observations (B, size)."""
+    with torch.inference_mode():
+        hidden = policy.mlp_extractor.policy_net(torch.as_tensor(observations))
+        output, gain = policy.action_net(hidden), output_gain(policy)
+        means: NDArray[np.float32] = (output if gain == 1.0 else gain * output).numpy()
+    return means

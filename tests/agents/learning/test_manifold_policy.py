@@ -6,6 +6,7 @@ import torch
 from scipy import stats
 from torch.distributions import Normal
 
+from agents.learning.acting import PolicyAgent
 from agents.learning.algorithms import PPOSettings
 from agents.learning.config import EnvSettings, EvalSettings, TrainConfig
 from agents.learning.manifold_policy import ManifoldGaussian, matched_gain
@@ -146,8 +147,8 @@ def test_every_setting_learns_something_and_can_be_loaded_again(settings, tmp_pa
     assert not torch.equal(model.policy.log_std, fresh.policy.log_std)
 
 
-@pytest.mark.parametrize("gain", [0.5, "matched"])
-def test_numpy_knows_the_gain_of_a_policy(gain, tmp_path):
+@pytest.mark.parametrize("gain", [1.0, 0.5, "matched"])
+def test_evaluation_and_numpy_know_the_gain_of_a_policy(gain, tmp_path):
     from clarke_gym.control import load_policy as load_numpy
 
     run = config(representation="raw", mean_gain=gain)
@@ -155,7 +156,9 @@ def test_numpy_knows_the_gain_of_a_policy(gain, tmp_path):
     model = load_policy(tmp_path / "run", run)
     policy = load_numpy(tmp_path / "run" / "policy")
     seen = np.random.default_rng(0).uniform(-1, 1, (9, *model.observation_space.shape))
-    actions, _ = model.predict(seen.astype(np.float32), deterministic=True)
+    seen = seen.astype(np.float32)
+    actions, _ = model.predict(seen, deterministic=True)
+    np.testing.assert_array_equal(PolicyAgent(model).act(seen), actions)
     np.testing.assert_allclose(policy.act(seen), actions, atol=1e-5)
 
 
