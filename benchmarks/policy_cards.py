@@ -15,6 +15,7 @@ import numpy as np
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from clarke_gym.control import load_policy
+from clarke_gym.registration import ENVIRONMENTS
 
 POLICIES = Path(__file__).resolve().parent.parent / "policies"
 
@@ -25,16 +26,28 @@ SEED = 20_000
 TENDONS = {"constant_curvature": (3, 7, 11, 32), "mujoco": (7, 32)}
 """Tendons a segment, by physics."""
 
+NAMES = {"constant_curvature": "constant curvature", "mujoco": "MuJoCo"}
+
+
+def trained_on(about: dict[str, Any]) -> str:
+    """Return the physics in which a policy was trained, from its ``policy.json``."""
+    env = about["env"]
+    fixed = ENVIRONMENTS[env["id"]].get("physics", "constant_curvature")
+    return str(env["kwargs"].get("physics", fixed))
+
 
 def scores(folder: Path) -> list[dict[str, Any]]:
     """Return success and the task's metric at the end of held-out episodes."""
     policy = load_policy(folder)
     found = []
+    trained = trained_on(policy.about)
     for physics, tendons in TENDONS.items():
+        if physics != trained == "mujoco":
+            continue  # what a task of MuJoCo is about, constant curvature does not know
         for n in tendons:
             settings = policy.about["env"]["kwargs"] | {"n_tendons": n, "physics": physics}
             envs: Any = gym.make_vec(policy.about["env"]["id"], num_envs=GOALS, **settings)
-            if physics == "mujoco" and envs.unwrapped.task.scene.bodies:
+            if physics != trained and envs.unwrapped.task.scene.bodies:
                 envs.close()  # contact and slack of a hundred robots take too long for a card
                 continue
             metric = envs.unwrapped.task.metrics[0]
@@ -69,12 +82,15 @@ def card(folder: Path, measured: list[dict[str, Any]]) -> str:
         f"| {row['median']:.4g} |"
         for row in measured
     )
+    trained = trained_on(about)
+    elsewhere = ", and on MuJoCo, where it was not trained, if nothing stands around it"
+    others = "other numbers of tendons" + ("" if trained == "mujoco" else elsewhere)
     hidden = "-".join(map(str, settings["net_arch"]))
     shape = f"{about['observation_space']['shape'][0]}-{hidden}-{about['action_space']['shape'][0]}"
     return f"""# Policy `{folder.name}`
 
 `gym.make("{about["env"]["id"]}", {made})`, trained by {about["algorithm"].upper()} for
-{about["env_steps"]:,} steps (seed {about["seed"]}, constant curvature; all settings in
+{about["env_steps"]:,} steps (seed {about["seed"]}, {NAMES[trained]}; all settings in
 `policy.json`): a tanh network {shape}.
 
 ```python
@@ -85,7 +101,7 @@ action = policy.act(observation)
 ```
 
 Scores at the end of {GOALS} held-out episodes (`python -m benchmarks.policy_cards`), also with
-other numbers of tendons, and on MuJoCo, where it was not trained, if nothing stands around it:
+{others}:
 
 | physics | tendons a segment | success rate | {measured[0]["metric"]} |
 |---|---|---|---|
@@ -109,7 +125,8 @@ def index() -> str:
     return f"""# Trained policies
 
 Share of {GOALS} held-out episodes that end in success, with the number of tendons of the training.
-All were trained with constant curvature; the second column says what gravity and inertia cost.
+All were trained with constant curvature, where the second column says what gravity and inertia
+cost, but for those that were tried on MuJoCo alone: their tasks are of MuJoCo.
 
 | policy | constant curvature | MuJoCo |
 |---|---|---|
