@@ -9,7 +9,7 @@ from agents.learning.algorithms import ALGORITHMS
 from agents.learning.config import TrainConfig, load_config
 
 CURVES = ROOT / "docs" / "curves"
-SOLVED = ("reach", "pose", "track", "shape", "hold")
+SOLVED = ("reach", "pose", "track", "shape", "gate", "hold")
 TRAINS = sorted((ROOT / "configs" / "train").glob("*.yaml"))
 
 
