@@ -18,16 +18,17 @@ class PolicyAgent:
     """A Stable-Baselines3 model that acts without exploration noise."""
 
     def __init__(self, model: Any) -> None:
-        self._model = model
+        from agents.learning.policies import is_plain  # loads torch, as whoever made a model has
+
+        self._model, self._plain = model, is_plain(model.policy)
 
     def act(self, observation: Any) -> NDArray[np.float32]:
         """Return the deterministic actions: those of the model's `predict`, bit for bit."""
-        policy = self._model.policy
-        if hasattr(policy, "action_net") and not isinstance(observation, dict):
-            from agents.learning.policies import mean_actions  # loads torch
+        if self._plain:
+            from agents.learning.policies import mean_actions
 
             # `predict` makes a distribution of them first, which takes three times as long.
-            return np.clip(mean_actions(policy, observation), -1.0, 1.0)
+            return np.clip(mean_actions(self._model.policy, observation), -1.0, 1.0)
         actions: NDArray[np.float32] = self._model.predict(observation, deterministic=True)[0]
         return actions
 

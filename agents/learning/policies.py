@@ -16,12 +16,13 @@ import torch
 from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from agents import files
 from agents.files import ConfigError
 from agents.learning.config import TrainConfig
-from agents.learning.manifold_policy import output_gain
+from agents.learning.manifold_policy import ManifoldPolicy, output_gain
 from agents.learning.models import make_model, make_training_env
 
 FOLDER = "policy"
@@ -83,8 +84,14 @@ def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
     return model
 
 
+def is_plain(policy: BasePolicy) -> bool:
+    """Return whether a policy is an actor and critic of plain vectors, without memory."""
+    flat = isinstance(getattr(policy, "features_extractor", None), FlattenExtractor)
+    return type(policy) in (ActorCriticPolicy, ManifoldPolicy) and flat
+
+
 def mean_actions(policy: ActorCriticPolicy, observations: NDArray[Any]) -> NDArray[np.float32]:
-    """Return the mean actions (B, K) of an actor and critic for observations (B, size)."""
+    """Return the mean actions (B, K) of a plain actor and critic for observations (B, size)."""
     with torch.inference_mode():
         hidden = policy.mlp_extractor.policy_net(torch.as_tensor(observations))
         output, gain = policy.action_net(hidden), output_gain(policy)
