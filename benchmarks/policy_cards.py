@@ -42,7 +42,7 @@ def scores(folder: Path) -> list[dict[str, Any]]:
     found = []
     trained = trained_on(policy.about)
     for physics, tendons in TENDONS.items():
-        if physics != trained == "mujoco":
+        if trained == "mujoco" and physics != trained:
             continue  # what a task of MuJoCo is about, constant curvature does not know
         for n in tendons:
             settings = policy.about["env"]["kwargs"] | {"n_tendons": n, "physics": physics}

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from agents.files import ROOT
-from agents.learning.acting import PolicyAgent
 from agents.learning.config import load_config
 from agents.learning.evaluation import HeldOutEvaluation
+from agents.learning.policies import PolicyAgent
 from agents.learning.training import train
 from agents.studies.config import StudyConfig
 from clarke_gym.integrations.sb3 import Sb3VecEnv

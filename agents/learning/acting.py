@@ -14,25 +14,6 @@ from agents.learning.evaluation import Agent, HeldOutEvaluation
 from clarke_gym.control import CONTROLLERS, make_controller
 
 
-class PolicyAgent:
-    """A Stable-Baselines3 model that acts without exploration noise."""
-
-    def __init__(self, model: Any) -> None:
-        from agents.learning.policies import is_plain  # loads torch, as whoever made a model has
-
-        self._model, self._plain = model, is_plain(model.policy)
-
-    def act(self, observation: Any) -> NDArray[np.float32]:
-        """Return the deterministic actions: those of the model's `predict`, bit for bit."""
-        if self._plain:
-            from agents.learning.policies import mean_actions
-
-            # `predict` makes a distribution of them first, which takes three times as long.
-            return np.clip(mean_actions(self._model.policy, observation), -1.0, 1.0)
-        actions: NDArray[np.float32] = self._model.predict(observation, deterministic=True)[0]
-        return actions
-
-
 class RandomAgent:
     """Uniformly random actions: the floor of every comparison."""
 
@@ -76,7 +57,10 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
         return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
-    from agents.learning.policies import load_policy  # loads torch, which nobody else needs
+    from agents.learning.policies import (
+        PolicyAgent,
+        load_policy,
+    )  # they load torch, which nobody else needs
 
     return PolicyAgent(load_policy(folder, config))
 

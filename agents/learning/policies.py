@@ -16,7 +16,7 @@ import torch
 from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from agents import files
@@ -84,16 +84,25 @@ def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
     return model
 
 
-def is_plain(policy: BasePolicy) -> bool:
-    """Return whether a policy is an actor and critic of plain vectors, without memory."""
-    flat = isinstance(getattr(policy, "features_extractor", None), FlattenExtractor)
-    return type(policy) in (ActorCriticPolicy, ManifoldPolicy) and flat
+class PolicyAgent:
+    """A Stable-Baselines3 model that acts without exploration noise."""
 
+    def __init__(self, model: BaseAlgorithm) -> None:
+        self._model = model
+        policy: Any = model.policy
+        # An actor and critic of plain vectors: no memory, no parts.
+        self._plain = type(policy) in (ActorCriticPolicy, ManifoldPolicy) and isinstance(
+            policy.features_extractor, FlattenExtractor
+        )
 
-def mean_actions(policy: ActorCriticPolicy, observations: NDArray[Any]) -> NDArray[np.float32]:
-    """Return the mean actions (B, K) of a plain actor and critic for observations (B, size)."""
-    with torch.inference_mode():
-        hidden = policy.mlp_extractor.policy_net(torch.as_tensor(observations))
-        output, gain = policy.action_net(hidden), output_gain(policy)
-        means: NDArray[np.float32] = (output if gain == 1.0 else gain * output).numpy()
-    return means
+    def act(self, observation: Any) -> NDArray[np.float32]:
+        """Return the deterministic actions: those of the model's `predict`, bit for bit."""
+        if not self._plain:
+            actions: NDArray[np.float32] = self._model.predict(observation, deterministic=True)[0]
+            return actions
+        # `predict` makes a distribution of the mean first, which takes three times as long.
+        policy: Any = self._model.policy
+        with torch.inference_mode():
+            hidden = policy.mlp_extractor.policy_net(torch.as_tensor(observation))
+            means = output_gain(policy) * policy.action_net(hidden)
+        return np.clip(means.numpy(), -1.0, 1.0)

@@ -21,7 +21,6 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from agents import files, yaml_files
 from agents.files import CONFIG, DONE, EVALS, FAILED, GOALS, MANIFEST, ConfigError
 from agents.learning import checkpoint, diagnostics, policies
-from agents.learning.acting import PolicyAgent
 from agents.learning.config import TrainConfig
 from agents.learning.evaluation import HeldOutEvaluation
 from agents.learning.models import make_model, make_training_env, onto_manifold
@@ -134,7 +133,7 @@ class _Recorder(BaseCallback):
             return
         if not is_finite(self.model):
             raise LearningFailure(f"the policy is not finite after {self.num_timesteps} steps")
-        result = self._evaluation.run(PolicyAgent(self.model))
+        result = self._evaluation.run(policies.PolicyAgent(self.model))
         self._steps.append(self.num_timesteps)
         self._evals.append(result)
         scores = {

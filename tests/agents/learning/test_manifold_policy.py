@@ -6,12 +6,11 @@ import torch
 from scipy import stats
 from torch.distributions import Normal
 
-from agents.learning.acting import PolicyAgent
 from agents.learning.algorithms import PPOSettings
 from agents.learning.config import EnvSettings, EvalSettings, TrainConfig
 from agents.learning.manifold_policy import ManifoldGaussian, matched_gain
 from agents.learning.models import make_model, make_training_env, onto_manifold
-from agents.learning.policies import load_policy
+from agents.learning.policies import PolicyAgent, load_policy
 from agents.learning.training import train
 from clarke_gym.representations import make_representation
 from clarke_gym.robots.presets import make_robot
