@@ -30,3 +30,18 @@ def test_no_algorithm_is_shipped_without_a_curve():
             assert float(list(csv.DictReader(file))[-1]["success_rate"]) >= 0.9, name
     shipped = {path.stem for path in (ROOT / "configs" / "algos").glob("*.yaml")}
     assert shipped == set(ALGORITHMS)
+
+
+def test_the_page_says_what_the_curves_say():
+    page = (ROOT / "docs" / "reliability.md").read_text().split("| configuration |")[1]
+    lines = [line.split("|")[1:-1] for line in page.split("\n\n")[0].splitlines()[2:]]
+    told = {cells[0].split("`")[1].removeprefix("algo: "): cells[1:4] for cells in lines}
+    assert told.keys() >= {path.stem for path in TRAINS}
+    for name, cells in told.items():
+        with (CURVES / f"{name}.csv").open() as file:
+            rows = [
+                (int(row["env_steps"]), float(row["success_rate"])) for row in csv.DictReader(file)
+            ]
+        reached = [f"{steps:,}" for steps, success in rows if success >= 0.9]
+        expected = [f"{rows[-1][0]:,}", f"{rows[-1][1]:.2f}", (reached or ["not reached"])[0]]
+        assert [cell.strip() for cell in cells] == expected, name
