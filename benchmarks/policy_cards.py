@@ -12,8 +12,10 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from safetensors.numpy import load_file, save
 
 import clarke_gym  # noqa: F401  (registers the environments)
+from agents.files import write_bytes
 from clarke_gym.control import load_policy
 from clarke_gym.registration import ENVIRONMENTS
 
@@ -27,6 +29,19 @@ TENDONS = {"constant_curvature": (3, 7, 11, 32), "mujoco": (7, 32)}
 """Tendons a segment, by physics."""
 
 NAMES = {"constant_curvature": "constant curvature", "mujoco": "MuJoCo"}
+
+
+ACTOR = ("mlp_extractor.policy_net.", "action_net.")
+"""Tensors that act; a critic and the noise of training are not released."""
+
+
+def keep_actor(folder: Path) -> None:
+    """Leave in a policy's file what acts alone."""
+    path = folder / "policy.safetensors"
+    tensors = load_file(path)
+    acting = {name: tensor for name, tensor in tensors.items() if name.startswith(ACTOR)}
+    if len(acting) < len(tensors):
+        write_bytes(path, save(acting))
 
 
 def trained_on(about: dict[str, Any]) -> str:
@@ -142,6 +157,7 @@ def main() -> None:
     for path in sorted(POLICIES.glob("*/policy.json")):
         if sys.argv[1:] and path.parent.name not in sys.argv[1:]:
             continue
+        keep_actor(path.parent)
         measured = scores(path.parent)
         text = json.dumps(measured, indent=1) + "\n"
         (path.parent / "scores.json").write_text(text, encoding="utf-8")
