@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install compare test test-browser test-cluster test-matrix attack check format build docs explorer-vendor benchmark clean
+.PHONY: help install compare test test-browser test-cluster test-matrix attack check format build docs pages explorer-vendor benchmark clean
 
 help:  ## list the targets
 	@grep -E '^[a-z_-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -19,7 +19,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . --group dev
 	@touch $@
 
-compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 10 minutes)
+compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 8 minutes)
 	@echo "==> training raw against Clarke (configs/studies/quick.yaml); stop and start again at will, finished runs are kept"
 	@$(BIN)/python train.py study --config configs/studies/quick.yaml
 	@$(BIN)/python train.py report --study runs/quick
@@ -62,6 +62,9 @@ docs: $(STAMP)  ## build the site into docs/_build/html (about a minute); warnin
 	@$(BIN)/python -m sphinx -b html -q -E -W --keep-going docs docs/_build/html
 	@$(BIN)/python -m pytest tests/site
 	@echo "==> docs/_build/html/index.html"
+
+pages: $(STAMP)  ## every page that follows from code and committed results, written again
+	@$(BIN)/python -m benchmarks.pages
 
 explorer-vendor:  ## build the explorer's libraries from npm again (they are in the checkout)
 	@cd docs/explorer/vendor && npm install --no-audit --no-fund && npm run build

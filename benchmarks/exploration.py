@@ -1,6 +1,8 @@
-"""How far an untrained policy's noise moves the tip, by representation: a confound, measured.
+"""How far an untrained policy's noise moves the tip: docs/validation/exploration.md.
 
 python -m benchmarks.exploration
+
+A confound of the comparison, measured for every representation.
 """
 
 from __future__ import annotations
@@ -15,9 +17,12 @@ import gymnasium as gym
 import numpy as np
 
 import clarke_gym  # noqa: F401  (registers the environments)
+from agents.files import write_text
+from benchmarks.committed_scores import DOCS
 from clarke_gym.representations import representation_names
 
-ENVS, STEPS = 512, 50
+ENVS, STEPS, COUNTS = 512, 50, (3, 7, 11)
+PAGE = "validation/exploration.md"
 
 
 def tip_motion(representation: str, n_tendons: int) -> tuple[float, float]:
@@ -59,15 +64,23 @@ def tip_motion(representation: str, n_tendons: int) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Print a table over representations and numbers of tendons."""
-    counts = (3, 7, 11)
-    print("RMS tip motion a step [mm] and share of the dome visited, N(0, 1) noise, 0.2 m robot")
-    print("representation " + "".join(f"      n = {n:<9d}" for n in counts))
-    for name in representation_names():
-        if name == "antagonistic":
-            continue
-        cells = [tip_motion(name, n) for n in counts]
-        print(f"{name:15s}" + "".join(f"{rms:8.2f} {share:8.1%} " for rms, share in cells))
+    """Write a table over representations and numbers of tendons."""
+    names = [name for name in representation_names() if name != "antagonistic"]
+    heads = [f"{what}, n = {n}" for what in ("tip motion", "dome") for n in COUNTS]
+    lines = [
+        "Unit Gaussian noise, clipped to the action box, 0.2 m robot, episodes of "
+        f"{STEPS} steps from the straight shape, {ENVS} environments: RMS motion of the tip a step "
+        "[mm], and the share of its dome that is visited [%].",
+        "",
+        "| " + " | ".join(["representation", *heads]) + " |",
+        "|" + "---|" * (1 + len(heads)),
+    ]
+    for name in names:
+        moved, seen = zip(*(tip_motion(name, n) for n in COUNTS), strict=True)
+        cells = [f"{rms:.2f}" for rms in moved] + [f"{100.0 * share:.1f}" for share in seen]
+        lines.append("| " + " | ".join([name, *cells]) + " |")
+        print(lines[-1], flush=True)
+    write_text(DOCS / PAGE, "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -81,6 +81,7 @@ def main() -> None:
     parser.add_argument("--goals", type=int, default=100, help="held-out goals")
     parser.add_argument("--out", type=Path, default=Path("docs/results/quick"), help="folder")
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     cases, clarke = [], False
     for arm in load_study(options.study).arms:
         config = load_config(TrainConfig, arm.done[0][0].path / "config.yaml")

@@ -8,6 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import pages
+from benchmarks.prose.sentences import filled, uncovered
+
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = DOCS / "clarke_in_ten_minutes.md"
 
@@ -30,18 +33,22 @@ def test_every_picture_of_the_page_exists_and_every_picture_is_used():
     assert pictures == {f"figures/{path.name}" for path in (DOCS / "figures").glob("*.png")}
 
 
-def test_the_page_of_sensors_is_what_the_code_says():
-    from benchmarks.sensor_tables import PAGE as SENSORS_PAGE
-    from benchmarks.sensor_tables import page
-
-    assert SENSORS_PAGE.read_text() == page()
+def test_every_page_is_what_code_and_results_say():
+    for path, text in pages.pages():
+        assert path.read_text() == text, f"{path}: python -m benchmarks.pages writes it again"
 
 
-def test_why_clarke_says_what_its_studies_say():
-    from benchmarks.why_clarke import PAGE as WHY
-    from benchmarks.why_clarke import page
-
-    assert WHY.read_text() == page()
+def test_a_number_in_prose_that_differs_from_its_file_is_seen_and_mended():
+    sentence = "needs «2.07 [1.90, 2.25]» times the steps of «11» tendons"
+    page = "Raw needs 2.05 [1.90,\n2.25] times the steps\nof 11 tendons."
+    mended = "Raw needs 2.07 [1.90, 2.25] times the steps\nof 11 tendons."
+    assert filled(page, [sentence]) == mended
+    assert filled(mended, [sentence]) == mended
+    with pytest.raises(ValueError, match="0 times what it should hold once"):
+        filled("Raw needs more.", [sentence])
+    with pytest.raises(ValueError, match="2 times what it should hold once"):
+        filled(page + page, [sentence])
+    assert uncovered(page + "\n\nAnd 7 more.", [sentence]) == ["5: And 7 more."]
 
 
 def test_why_clarke_fails_where_the_results_differ(monkeypatch):
@@ -60,32 +67,6 @@ def test_the_laws_over_n_are_fitted_as_they_are_written():
     assert float(fit_power(n, power(n, 0.4))) == pytest.approx(0.4)
     assert float(fit_linear(n, linear(n, 0.07))) == pytest.approx(0.07, rel=0.01)
     assert power(2, 0.4) == linear(2, 0.07) == 1.0
-
-
-def test_the_page_of_limits_is_what_the_code_says():
-    from benchmarks.limits import PAGE as LIMITS_PAGE
-    from benchmarks.limits import page
-
-    assert LIMITS_PAGE.read_text() == page()
-
-
-def test_the_leaderboard_and_the_pages_of_tasks_are_what_code_and_data_say():
-    import json
-
-    from benchmarks import leaderboard, task_pages
-
-    data = json.loads(leaderboard.DATA.read_text())
-    assert leaderboard.PAGE.read_text() == leaderboard.page(data)
-    written = {path.name: path.read_text() for path in task_pages.FOLDER.glob("*.md")}
-    assert written == task_pages.pages()
-
-
-def test_the_page_of_planning_is_what_its_data_say():
-    import json
-
-    from benchmarks import planning
-
-    assert planning.PAGE.read_text() == planning.page(json.loads(planning.DATA.read_text()))
 
 
 def test_the_reference_lists_every_module_once():

@@ -41,15 +41,6 @@ def test_the_policy_of_seven_tendons_reaches_goals_with_others(n):
     assert infos["is_success"].all()
 
 
-def test_cards_say_what_was_measured():
-    from benchmarks import policy_cards
-
-    assert (FOLDER / "README.md").read_text() == policy_cards.index()
-    for path in POLICIES:
-        measured = json.loads((path.parent / "scores.json").read_text())
-        assert (path.parent / "README.md").read_text() == policy_cards.card(path.parent, measured)
-
-
 def test_damaged_files_are_named(tmp_path):
     folder = tmp_path / "policy"
     shutil.copytree(FOLDER / "reach", folder)

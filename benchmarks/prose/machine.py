@@ -1,0 +1,150 @@
+"""What pages say of speed, of attacks, of other libraries and of the explorer's frames."""
+
+from __future__ import annotations
+
+import re
+
+from agents.reporting.wording import number
+from benchmarks.measured import measured
+from benchmarks.prose.physics import SPEED
+from benchmarks.prose.sources import rows, span
+
+
+def _slash(values: list[float], digits: int = 2) -> str:
+    return " / ".join(number(value, digits) for value in values)
+
+
+def speed() -> list[str]:
+    """Return the sentences of docs/speed.md."""
+    ours, engine, clone = (measured(name) for name in ("env_speed", "engine_cost", "fresh_clone"))
+    ratios, scalar = ours["ratios"], ours["scalar_step_us"]
+    one = [ratios[f"scalar {who} over Reacher-v5"] for who in ("raw n = 3", "raw n = 7", "Clarke")]
+    overhead = [r for r in rows(SPEED) if r.get("profile") in ("fast", "accurate")]
+    batches = [float(r["ratio"]) for r in overhead if r["batch"] == "64"]
+    single = [
+        ", ".join(
+            f"«{r['ratio']}»" for r in overhead if (r["profile"], r["batch"]) == (profile, "1")
+        )
+        for profile in ("accurate", "fast")
+    ]
+    runs = [engine[name] for name in ("reach_clarke", "quick, raw", "quick, clarke")]
+    whole, ends = (
+        _slash([run[key] for run in runs]) for key in ("over_sb3", "over_sb3_evaluated_at_its_ends")
+    )
+    vector = ours["vector_step_us"]["clarke n=7"] / ours["batch"]
+    steps = [value for name, value in scalar.items() if name != "reacher"]
+    seconds = {name: clone[f"make {name}"] for name in ("install", "compare", "test", "docs")}
+    return [
+        f"raw n = 3 / raw n = 7 / Clarke n = 7 | «{_slash(one)}» |",
+        f"vector entry point | «{number(ratios['vector Clarke over CartPole-v1'])}» |",
+        f"n = 3, Clarke, batch 4096 | «{number(ratios['cost Clarke n = 32 over 3'])}» |",
+        f"batch 32 | «{number(ratios['cost raw n = 32 over 3, batch 32'])}» |",
+        f"ten times as wide | «{number(ratios['cost raw n = 32 over 3'], 1)}» |",
+        f"batch 64, all profiles and segments | «{span(batches)}» |",
+        f"with 1, 2, 3 segments | {single[0]} / {single[1]} |",
+        f"`reach_clarke.yaml` / quick.yaml, raw / Clarke | «{whole}» |",
+        f"evaluated at a run's ends alone | «{ends}» |",
+        f"one worker over two | «{number(engine['one_worker_over_two'])}» |",
+        f"A scalar step costs «{min(steps):.0f} to {max(steps):.0f}» microseconds",
+        f"which needs «{number(vector)}» microseconds a step and environment",
+        f"| `make install` | «{seconds['install']}» |",
+        f"| `make compare` | «{seconds['compare']}» |",
+        f"| `make test`: «{clone['tests']:,}» tests | «{seconds['test']}» |",
+        f"builds and tests the site | «{seconds['docs']}» |",
+    ]
+
+
+def study() -> list[str]:
+    """Return the sentences of docs/study.md."""
+    share = 100.0 * measured("engine_cost")["reach_clarke"]["shares"]["diagnostics"]
+    return [f"They take «{number(share, 1)}» % of a PPO run's CPU time"]
+
+
+def _found(pattern: str) -> list[tuple[str, ...]]:
+    """Return what the figures of the attacks say where they are of this form."""
+    figures = measured("attacks")["figures"]
+    found = [match.groups() for figure in figures if (match := re.fullmatch(pattern, figure))]
+    if not found:
+        raise ValueError(f"no figure of an attack is {pattern}")
+    return found
+
+
+def _total(found: list[tuple[str, ...]], k: int) -> int:
+    return sum(int(groups[k]) for groups in found)
+
+
+def reliability() -> list[str]:
+    """Return the sentences of docs/reliability.md."""
+    told = measured("attacks")
+    between = _found(r"(.+): stopped between rollouts 3 times, byte-equal")
+    events = _found(r"(.+): killed at (\d+) of \d+ events, all byte-equal, nothing left")
+    instants = _found(r"(.+): (\d+) kills at random instants in \d+ runs, byte-equal")
+    flips = _found(r".+: (\d+) flipped bits, (\d+) seen")
+    pickles = _found(r"hostile pickles in (\d+) files: (\d+) executed")
+    stops = _found(r"SIG\w+ in \w+: stopped after ([\d.]+) s")
+    workers = _found(r"workers killed at (\d+) events of the file system, byte-equal")
+    (kills,) = _found(r"a study of both physics: (\d+) kills at random instants, byte-equal")
+    closed = _found(r".+(?<!forgotten), (\d+) times: ([+-][\d.]+) MB")
+    drawn = _found(r".+ drawn and forgotten, (\d+) times: ([+-][\d.]+) MB")
+    share = 100.0 * measured("engine_cost")["reach_clarke"]["shares"]["checkpoints"]
+    return [
+        f"A whole run: «{told['passed']}» tests passed in «{told['seconds'] / 60:.0f}» minutes",
+        f"| «{len(between)}» configurations, byte-equal |",
+        f"| «{_total(events, 1)}» kills in «{len(events)}» configurations, each byte-equal, "
+        "nothing left over |",
+        f"| «{_total(instants, 1)}» kills in «{len(instants)}» configurations, each byte-equal |",
+        f"of all | «{kills[0]}» kills, byte-equal |",
+        f"(PPO, constant curvature) | «{_total(workers, 0)}» events, byte-equal |",
+        f"| «{_total(flips, 1)}» of «{_total(flips, 0)}» seen |",
+        f"in the place of «{pickles[0][0]}» files of a run folder | «{pickles[0][1]}» executed |",
+        f"stopped within «{max(float(s[0]) for s in stops):.1f}» s",
+        f"«{closed[0][0]}» times made and closed: scalar and batch, both physics | grown by "
+        f"«{span([float(c[1]) for c in closed], 1)}» MB",
+        f"«{drawn[0][0]}» times drawn and forgotten: scalar, batch | grown by "
+        f"«{span([float(d[1]) for d in drawn], 1)}» MB",
+        f"the spacing of `configs/train/reach_clarke.yaml` take «{number(share, 1)}» % of its",
+    ]
+
+
+def use_with() -> list[str]:
+    """Return the sentences of docs/use_with.md."""
+    told = measured("use_with")
+
+    def reached(name: str) -> list[str]:
+        return [number(share) for share in told[name]["reached"]]
+
+    def steps(name: str) -> str:
+        (found,) = re.findall(r"(\d+) steps", told[name]["says"][-1])
+        return f"{int(found):,}"
+
+    raw, clarke = reached("with_minari")
+    views = [re.findall(r"\[(.+), (.+)\]", line)[0] for line in told["with_minari"]["says"][-2:]]
+    defaults = told["defaults of SB3"]
+    versions = told["versions"]
+    torch = ".".join(versions["torch"].split(".")[:2])
+    return [
+        f"| Stable-Baselines3 | «{versions['stable_baselines3']}» | `with_sb3_sac_her.py`",
+        f"| Stable-Baselines3 | «{versions['stable_baselines3']}» | [Get started]",
+        f"| torch «{torch}» | `with_cleanrl_ppo.py`",
+        f"| TorchRL | «{versions['torchrl']}» |",
+        f"| skrl | «{versions['skrl']}» |",
+        f"| Minari | «{versions['minari']}» |",
+        f"| ONNX | «{versions['onnx']}» |",
+        f"`DummyVecEnv`, sparse reward, «{steps('with_sb3_sac_her')}» steps | "
+        f"«{reached('with_sb3_sac_her')[0]}» |",
+        f"`gym.make_vec`, «{steps('with_cleanrl_ppo')}» steps | "
+        f"«{reached('with_cleanrl_ppo')[0]}» |",
+        f"`ClipPPOLoss` and `GAE`, «{steps('with_torchrl')}» steps | "
+        f"«{reached('with_torchrl')[0]}» |",
+        f"`SequentialTrainer`, «{steps('with_skrl')}» steps | «{reached('with_skrl')[0]}» |",
+        f"cloned raw and Clarke | «{raw}» and «{clarke}» |",
+        "networks each, "
+        + " and ".join(f"[«{number(float(a))}», «{number(float(b))}»]" for a, b in views)
+        + ": no difference shown",
+        f"PPO defaults reached «{number(min(defaults))}» and «{number(max(defaults))}» of the",
+    ]
+
+
+def explorer() -> list[str]:
+    """Return the sentences of docs/explorer.md."""
+    return []
