@@ -1,10 +1,13 @@
 """The explorer in a real browser: dragged, slid, run, switched, on a desk and on a phone."""
 
 import gzip
+import io
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from agents.explorer import FOLDER, make_server
 
@@ -19,14 +22,15 @@ def address():
 
 @pytest.fixture
 def open_page(browser, address):
-    """Open the explorer at a hash; at the end nothing may have been complained about."""
+    """Open the explorer at a link's end; when done, nothing may have been complained about."""
     contexts, complaints = [], []
 
-    def opened(hash="", size=(1280, 800), **options):
+    def opened(hash="", size=(1280, 800), init="", **options):
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **options)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(20_000)
+        page.add_init_script(init)
         page.on("console", lambda m: m.type in ("error", "warning") and complaints.append(m.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
@@ -58,6 +62,31 @@ def drag(page, start, end):
     page.mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
     page.mouse.move(*end)
     page.mouse.up()
+
+
+def drawn(page):
+    """Return the picture in three dimensions, without what is written over it, as an array."""
+    page.add_style_tag(content="#verdict, #scale { display: none }")
+    page.wait_for_function("!window.explorer.dirty")
+    shot = page.locator("#scene").screenshot()
+    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def ball(page):
+    """Return where the ball of the goal is on the page."""
+    return page.evaluate(
+        """() => {
+            const { ball, camera, canvas } = window.explorer.pictures;
+            const at = ball.position.clone().project(camera), box = canvas.getBoundingClientRect();
+            return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
+        }"""
+    )
+
+
+def colour_of_ball(page):
+    x, y = ball(page)
+    box = page.locator("#scene").bounding_box()
+    return drawn(page)[round(y - box["y"]), round(x - box["x"])]
 
 
 def bends(page):
@@ -164,21 +193,71 @@ def test_gravity_and_slack(open_page):
     page.wait_for_selector("#verdict.reached")
 
 
-def test_the_goal_is_dragged_in_three_dimensions(open_page):
-    page = open_page("#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
-    place = page.evaluate(
-        """() => {
-            const { ball, camera, canvas } = window.explorer.pictures;
-            const at = ball.position.clone().project(camera), box = canvas.getBoundingClientRect();
-            return [box.left + (at.x + 1) / 2 * box.width, box.top + (1 - at.y) / 2 * box.height];
-        }"""
-    )
+@pytest.mark.parametrize("draw", ["canvas", "webgl"])
+def test_the_goal_is_dragged_in_three_dimensions(open_page, draw):
+    page = open_page(f"?draw={draw}#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
+    place = ball(page)
     before = page.evaluate("window.explorer.goal")
     drag(page, place, (place[0] - 60, place[1]))
     after = page.evaluate("window.explorer.goal")
     assert max(abs(a - b) for a, b in zip(before, after, strict=True)) > 0.01
     tip = page.evaluate("window.explorer.goalBends")
     assert (tip[0] ** 2 + tip[1] ** 2) ** 0.5 <= 1.5709  # it can be reached
+    page.wait_for_function("!window.explorer.dirty")
+    assert abs(ball(page)[0] - place[0]) > 30  # and it is drawn where it went
+
+
+@pytest.mark.parametrize("draw", ["canvas", "webgl"])
+def test_the_goal_turns_green(open_page, draw):
+    page = open_page(f"?draw={draw}#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
+    red, green, _ = colour_of_ball(page)
+    assert red > 1.5 * green
+    page.locator("input[value=policy]").check()
+    page.wait_for_selector("#verdict.reached", state="attached")
+    page.locator("input[value=hand]").check()  # the picture rests
+    red, green, _ = colour_of_ball(page)
+    assert green > 1.5 * red
+
+
+@pytest.mark.parametrize(
+    "hash",
+    [
+        "#robot=default&n=7&mode=hand&c=8,4&goal=60,-50,170",
+        "#robot=default&n=32&mode=hand&c=-9,12&goal=60,-50,170&view=50,60",
+        "#robot=default3&n=5&mode=hand&c=12,3,24,6,30,12&goal=60,-50,170",
+        "#robot=default2&n=6&mode=hand&c=8,4,-6,10&goal=60,-50,170&view=50,-25",
+    ],
+)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_both_rasterisers_draw_the_same_picture(open_page, hash, scheme):
+    pictures = []
+    for draw in ("canvas", "webgl"):
+        page = open_page(f"?draw={draw}{hash}", color_scheme=scheme)
+        assert page.evaluate("window.explorer.pictures.canvas.dataset.drawn") == draw
+        pictures.append(drawn(page))
+    painted, rendered = pictures
+    apart = np.abs(painted - rendered).max(axis=2)
+    robot = np.abs(rendered - rendered[5, rendered.shape[1] // 2]).max(axis=2) > 60
+    assert robot.mean() > 0.005  # there is something to see
+    assert (apart > 60).sum() < 0.06 * robot.sum()  # edges, and gloss
+
+
+def test_without_a_graphics_card_the_painter_draws(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=8,4")
+    assert page.evaluate("window.explorer.pictures.canvas.dataset.drawn") == "canvas"
+
+
+def test_without_webgl_all_is_there(open_page):
+    """The browser of these tests has WebGL in software; here it has none."""
+    page = open_page(
+        "#robot=default&n=7&mode=hand&c=8,4",
+        init="""const { getContext } = HTMLCanvasElement.prototype;
+            HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+                return kind.startsWith("webgl") ? null : getContext.call(this, kind, ...rest);
+            };""",
+    )
+    assert page.evaluate("window.explorer.pictures.canvas.dataset.drawn") == "canvas"
+    assert len(np.unique(drawn(page).reshape(-1, 3), axis=0)) > 100
 
 
 def test_keys_alone_are_enough(open_page):

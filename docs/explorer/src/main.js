@@ -529,7 +529,7 @@ async function main() {
   connect(app);
   await app.follow(location.hash.length > 1 ? location.hash : PRESETS[0][1]);
   try {
-    app.pictures = new Scene(element("scene"), app);
+    app.pictures = new Scene(element("scene"), app, new URLSearchParams(location.search).get("draw"));
     app.pictures.build();
   } catch (error) {
     element("scale").textContent = `no picture in three dimensions: ${error.message}`;

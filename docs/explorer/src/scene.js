@@ -3,13 +3,14 @@
 import * as THREE from "../vendor/three.min.js";
 import { SHADES } from "./disk.js";
 import { turned } from "./kinematics.js";
+import { makeRasteriser } from "./rasteriser.js";
 
 const UP = new THREE.Vector3(0, 1, 0);
 
 export class Scene {
-  constructor(canvas, app) {
+  constructor(canvas, app, rasteriser) {
     Object.assign(this, { canvas, app });
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer = makeRasteriser(canvas, rasteriser);
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.01, 20);
@@ -54,7 +55,8 @@ export class Scene {
     const floor = new THREE.Mesh(
       new THREE.CircleGeometry(side, 64), new THREE.MeshBasicMaterial({ color: this.colour("--floor") }));
     floor.position.z = this.floor - 1e-3;
-    root.add(floor, this.grid(side));
+    const grid = this.grid(side);
+    root.add(floor, grid);
 
     const radius = Math.max(...robot.radii);
     const base = new THREE.Mesh(
@@ -73,7 +75,7 @@ export class Scene {
     };
     this.backbone = cylinders(thick, pieces, matt("--back"));
     this.discs = robot.segments.map((segment, k) =>
-      cylinders(1.12 * segment.pitch_radius_m, this.points, matt("--disk", { transparent: true, opacity: 0.9 }), 32));
+      cylinders(1.12 * segment.pitch_radius_m, this.points - 1, matt("--disk", { transparent: true, opacity: 0.9 }), 32));
     const strands = robot.counts.reduce((sum, n, j) => sum + n * (j + 1) * this.points, 0);
     this.tendons = cylinders(0.0022 * length, strands, new THREE.MeshStandardMaterial({ roughness: 0.6 }), 6);
     this.ends = robot.segments.map((segment, k) => {
@@ -92,6 +94,7 @@ export class Scene {
     this.spot = new THREE.Mesh(
       new THREE.RingGeometry(0.012 * length, 0.02 * length, 32), new THREE.MeshBasicMaterial({ color: this.colour("--goal") }));
     root.add(this.ball, this.spot);
+    this.lying = [floor, grid, this.shadow, this.spot];
     this.goalColours = { goal: this.colour("--goal"), reached: this.colour("--reached") };
     this.look(app.view);
     this.resize();
@@ -165,6 +168,9 @@ export class Scene {
 
   update(curve, ghostCurve) {
     const { app, points } = this, { robot } = app;
+    // What lies on the floor is behind all else, or before it where the camera is below.
+    const lowest = this.camera.position.z > this.floor ? -this.lying.length : 1;
+    this.lying.forEach((part, k) => { part.renderOrder = lowest + k; });
     const shadow = this.shadow.geometry.attributes.position;
     for (let k = 0; k + 1 < curve.length; k++) {
       const [a, b] = [curve[k][0], curve[k + 1][0]];
@@ -174,7 +180,8 @@ export class Scene {
       const segment = Math.floor(k / points);
       const normal = turned(curve[k + 1][1], [0, 0, 0.1 * robot.lengths[segment] / points]);
       const [down, up] = [-1, 1].map((s) => b.map((v, i) => v + s * normal[i]));
-      this.put(this.discs[segment], k % points, down, up);
+      // The last one of a segment is its coloured end.
+      if ((k + 1) % points) this.put(this.discs[segment], k % points, down, up);
     }
     shadow.needsUpdate = true;
     this.ends.forEach((ring, k) => {
