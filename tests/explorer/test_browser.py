@@ -260,6 +260,16 @@ def test_without_webgl_all_is_there(open_page):
     assert len(np.unique(drawn(page).reshape(-1, 3), axis=0)) > 100
 
 
+def test_in_a_shared_hole_the_tendon_that_ends_first_is_seen(open_page):
+    seen = "window.explorer.pictures.strands.map(({ j, from, to }) => [j, from, to])"
+    page = open_page("#robot=default3&n=6&mode=hand&c=0,0,0,0,0,0")
+    stretches = page.evaluate(seen)
+    assert stretches == [[j, j, j + 1] for j in range(3) for _ in range(6)]
+    page = open_page("#robot=hardware&n=3&mode=hand&c=0,0,0,0,0,0")  # no hole is shared
+    stretches = page.evaluate(seen)
+    assert stretches == [[j, 0, j + 1] for j in range(3) for _ in range(3)]
+
+
 def test_keys_alone_are_enough(open_page):
     page = open_page("#robot=default&n=7&mode=hand&c=0,0")
     page.locator("#disk .handle").focus()

@@ -66,12 +66,12 @@ class App {
     return Array.from({ length: this.robot.counts[j] }, (_, i) => (off ? off[first + i] : 0));
   }
 
-  tendonColour(j, i) {
-    const { tension } = this.physics;
-    if (tension) return loadColour(tension[j][i] / this.robot.segments[j].pretension_n - 1);
-    const ring = this.robot.segments[j].ring.decoder[i], c = this.displacement;
-    const rho = ring[0] * c[2 * j] + ring[1] * c[2 * j + 1] + this.offOf(j)[i];
-    return loadColour(rho / this.robot.maxClarke[j]);
+  /** The colours of one segment's tendons. */
+  tendonColours(j) {
+    const { tension } = this.physics, segment = this.robot.segments[j];
+    if (tension) return tension[j].map((t) => loadColour(t / segment.pretension_n - 1));
+    const off = this.offOf(j), onto = decode(segment.ring, this.displacement.slice(2 * j, 2 * j + 2));
+    return onto.map((rho, i) => loadColour((rho + off[i]) / this.robot.maxClarke[j]));
   }
 
   touch() {

@@ -65,12 +65,13 @@ export class Ring {
       points.push(`${(r * Math.cos(psi)).toFixed(2)} ${(-r * Math.sin(psi)).toFixed(2)}`);
     }
     this.curve.setAttribute("d", `M${points.join("L")}Z`);
+    const colours = app.tendonColours(j);
     this.angles.forEach((psi, i) => {
       const on = ZERO + (SPAN * this.onto[i]) / most, at = ZERO + SPAN * this.shown(i);
       const [c, s] = [Math.cos(psi), -Math.sin(psi)];
       set(this.gaps[i], { x1: on * c, y1: on * s, x2: at * c, y2: at * s });
       const { group, dot } = this.handles[i], rho = (this.onto[i] + this.off[i]) * 1e3;
-      dot.setAttribute("fill", app.tendonColour(j, i));
+      dot.setAttribute("fill", colours[i]);
       set(group, {
         transform: `translate(${at * c} ${at * s})`,
         "aria-valuenow": Math.round(rho),

@@ -76,8 +76,9 @@ export class Scene {
     this.backbone = cylinders(thick, pieces, matt("--back"));
     this.discs = robot.segments.map((segment, k) =>
       cylinders(1.12 * segment.pitch_radius_m, this.points - 1, matt("--disk", { transparent: true, opacity: 0.9 }), 32));
-    const strands = robot.counts.reduce((sum, n, j) => sum + n * (j + 1) * this.points, 0);
-    this.tendons = cylinders(0.0022 * length, strands, new THREE.MeshStandardMaterial({ roughness: 0.6 }), 6);
+    this.strands = strands(robot);
+    const seen = this.strands.reduce((sum, { from, to }) => sum + (to - from) * this.points, 0);
+    this.tendons = cylinders(0.0022 * length, seen, new THREE.MeshStandardMaterial({ roughness: 0.6 }), 6);
     this.ends = robot.segments.map((segment, k) => {
       const ring = new THREE.Mesh(
         new THREE.CylinderGeometry(1.16 * segment.pitch_radius_m, 1.16 * segment.pitch_radius_m, 0.012 * length, 32),
@@ -190,21 +191,19 @@ export class Scene {
       ring.quaternion.set(x, y, z, w).multiply(scratch.lying);
     });
     let piece = 0;
-    robot.segments.forEach((segment, j) => {
-      segment.ring.angles.forEach((psi, i) => {
-        const d = segment.pitch_radius_m, place = [d * Math.cos(psi), d * Math.sin(psi), 0];
-        scratch.colour.set(app.tendonColour(j, i));
-        let last;
-        for (let k = 0; k <= (j + 1) * points; k++) {
-          const hole = turned(curve[k][1], place).map((v, c) => v + curve[k][0][c]);
-          if (k) {
-            this.tendons.setColorAt(piece, scratch.colour);
-            this.put(this.tendons, piece++, last, hole);
-          }
-          last = hole;
+    const colours = robot.segments.map((_, j) => app.tendonColours(j));
+    for (const { j, i, place, from, to } of this.strands) {
+      scratch.colour.set(colours[j][i]);
+      let last;
+      for (let k = from * points; k <= to * points; k++) {
+        const hole = turned(curve[k][1], place).map((v, c) => v + curve[k][0][c]);
+        if (last) {
+          this.tendons.setColorAt(piece, scratch.colour);
+          this.put(this.tendons, piece++, last, hole);
         }
-      });
-    });
+        last = hole;
+      }
+    }
     this.tendons.instanceColor.needsUpdate = true;
     this.ghost.visible = Boolean(ghostCurve);
     if (ghostCurve) {
@@ -259,6 +258,19 @@ export class Scene {
       });
     }
   }
+}
+
+/** Where each tendon is seen: in a hole that tendons share, the one that ends first. */
+function strands(robot) {
+  const found = [];
+  robot.segments.forEach(({ pitch_radius_m: d, ring }, j) => {
+    ring.angles.forEach((psi, i) => {
+      const place = [d * Math.cos(psi), d * Math.sin(psi), 0];
+      const shared = found.filter((other) => other.place.every((p, c) => Math.abs(p - place[c]) < 1e-6));
+      found.push({ j, i, place, from: Math.max(0, ...shared.map((other) => other.to)), to: j + 1 });
+    });
+  });
+  return found;
 }
 
 const scratch = {
