@@ -319,8 +319,7 @@ class App {
   }
 
   say(text) {
-    const verdict = element("verdict");
-    if (verdict.textContent !== text) verdict.textContent = text;
+    write(element("verdict"), text);
   }
 
   tell() {
@@ -350,9 +349,7 @@ class App {
     if (list.children.length !== 2 * rows.length) {
       list.replaceChildren(...rows.flatMap(() => [document.createElement("dt"), document.createElement("dd")]));
     }
-    rows.flat().forEach((text, i) => {
-      if (list.children[i].textContent !== text) list.children[i].textContent = text;
-    });
+    rows.flat().forEach((text, i) => write(list.children[i], text));
     const inputs = element("goal").querySelectorAll("input[type=number]");
     inputs.forEach((input, i) => {
       if (document.activeElement !== input) input.value = Math.round(this.goal[i] * 1e3);
@@ -365,7 +362,7 @@ class App {
       classical: "Classical control",
     }[mode];
     this.say(this.reached ? `${who}: goal reached` : `${who}: ${millimetres(this.error, 0)} mm to the goal`);
-    element("ring-of").textContent = robot.lengths.length > 1 ? `of segment ${this.selected + 1}` : "";
+    write(element("ring-of"), robot.lengths.length > 1 ? `of segment ${this.selected + 1}` : "");
   }
 
   /** Bring the controls up to what is. */
@@ -417,6 +414,11 @@ class App {
     this.ghost = null;
     await this.build({ keepShape: false });
   }
+}
+
+/** Write a text where it is not what stands there: the page is laid out again for every other. */
+function write(place, text) {
+  if (place.textContent !== text) place.textContent = text;
 }
 
 /** Points and frames part of the way between two curves. */
@@ -543,8 +545,12 @@ async function main() {
   frame(last);
   performance.mark("first picture");
   // The address holds the picture, written while nothing else happens.
+  let seen;
   setInterval(() => {
-    if (app.robot && !app.moves && app.hash !== location.hash) history.replaceState(null, "", app.hash);
+    if (!app.robot || app.moves) return;
+    const { hash } = app, still = hash === seen;
+    seen = hash;
+    if (still && hash !== location.hash) history.replaceState(null, "", hash);
   }, 700);
   window.explorer = app; // for tests and curious consoles
 }

@@ -24,7 +24,7 @@ export class Ring {
       });
     }
     this.curve = add(svg, "path", { class: "curve" });
-    this.gaps = this.angles.map(() => add(svg, "line", { class: "gap" }));
+    this.gaps = add(svg, "path", { class: "gap" });
     const size = this.angles.length > 16 ? 3.4 : 5;
     this.handles = this.angles.map((psi, i) => {
       const made = handle(svg, size, `Tendon ${i + 1}`, {
@@ -65,11 +65,11 @@ export class Ring {
       points.push(`${(r * Math.cos(psi)).toFixed(2)} ${(-r * Math.sin(psi)).toFixed(2)}`);
     }
     this.curve.setAttribute("d", `M${points.join("L")}Z`);
-    const colours = app.tendonColours(j);
+    const colours = app.tendonColours(j), gaps = [];
     this.angles.forEach((psi, i) => {
       const on = ZERO + (SPAN * this.onto[i]) / most, at = ZERO + SPAN * this.shown(i);
       const [c, s] = [Math.cos(psi), -Math.sin(psi)];
-      set(this.gaps[i], { x1: on * c, y1: on * s, x2: at * c, y2: at * s });
+      if (Math.abs(at - on) > 0.05) gaps.push(`M${on * c} ${on * s}L${at * c} ${at * s}`);
       const { group, dot } = this.handles[i], rho = (this.onto[i] + this.off[i]) * 1e3;
       dot.setAttribute("fill", colours[i]);
       set(group, {
@@ -78,5 +78,6 @@ export class Ring {
         "aria-valuetext": `${rho.toFixed(1)} millimetres`,
       });
     });
+    set(this.gaps, { d: gaps.join("") });
   }
 }

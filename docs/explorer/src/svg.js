@@ -11,8 +11,11 @@ export function add(parent, tag, attributes = {}, text = "") {
   return element;
 }
 
+/** Set what has changed: to ask costs less than to set. */
 export function set(element, attributes) {
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+  }
 }
 
 /** The point of an event in the coordinates of an SVG with y upwards. */
