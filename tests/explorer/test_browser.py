@@ -225,6 +225,7 @@ def test_the_goal_turns_green(open_page, draw):
         "#robot=default&n=7&mode=hand&c=8,4&goal=60,-50,170",
         "#robot=default&n=32&mode=hand&c=-9,12&goal=60,-50,170&view=50,60",
         "#robot=default3&n=5&mode=hand&c=12,3,24,6,30,12&goal=60,-50,170",
+        "#robot=default3&n=32&mode=hand&c=12,3,4,6,-2,12&goal=60,-50,170&view=120,40",
         "#robot=default2&n=6&mode=hand&c=8,4,-6,10&goal=60,-50,170&view=50,-25",
     ],
 )

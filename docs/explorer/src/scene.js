@@ -77,8 +77,12 @@ export class Scene {
     this.discs = robot.segments.map((segment, k) =>
       cylinders(1.12 * segment.pitch_radius_m, this.points - 1, matt("--disk", { transparent: true, opacity: 0.9 }), 32));
     this.strands = strands(robot);
-    const seen = this.strands.reduce((sum, { from, to }) => sum + (to - from) * this.points, 0);
-    this.tendons = cylinders(0.0022 * length, seen, new THREE.MeshStandardMaterial({ roughness: 0.6 }), 6);
+    const most = this.strands.reduce((sum, { from, to }) => sum + (to - from) * this.points, 0);
+    const slim = 0.0022 * length;
+    this.tendons = cylinders(slim, most, new THREE.MeshStandardMaterial({ roughness: 0.6 }), 6);
+    // Stretches where tendons stand so close that they hide those on the far side.
+    this.dense = robot.segments.map(({ pitch_radius_m: d }, s) =>
+      this.strands.filter(({ from, to }) => from <= s && s < to).length * slim > 0.8 * Math.PI * d);
     this.ends = robot.segments.map((segment, k) => {
       const ring = new THREE.Mesh(
         new THREE.CylinderGeometry(1.16 * segment.pitch_radius_m, 1.16 * segment.pitch_radius_m, 0.012 * length, 32),
@@ -192,18 +196,22 @@ export class Scene {
     });
     let piece = 0;
     const colours = robot.segments.map((_, j) => app.tendonColours(j));
+    const eye = this.camera.position.toArray();
     for (const { j, i, place, from, to } of this.strands) {
       scratch.colour.set(colours[j][i]);
-      let last;
+      let last, lastSeen;
       for (let k = from * points; k <= to * points; k++) {
-        const hole = turned(curve[k][1], place).map((v, c) => v + curve[k][0][c]);
-        if (last) {
+        const [centre, turn] = curve[k], out = turned(turn, place), hole = out.map((v, c) => v + centre[c]);
+        const stretch = Math.max(0, Math.ceil(k / points) - 1);
+        const seen = !this.dense[stretch] || towards(eye, hole, out);
+        if (last && (seen || lastSeen)) {
           this.tendons.setColorAt(piece, scratch.colour);
           this.put(this.tendons, piece++, last, hole);
         }
-        last = hole;
+        [last, lastSeen] = [hole, seen];
       }
     }
+    this.tendons.count = piece;
     this.tendons.instanceColor.needsUpdate = true;
     this.ghost.visible = Boolean(ghostCurve);
     if (ghostCurve) {
@@ -258,6 +266,11 @@ export class Scene {
       });
     }
   }
+}
+
+/** Whether a direction at a place is on the side of an eye. */
+function towards(eye, place, out) {
+  return out[0] * (eye[0] - place[0]) + out[1] * (eye[1] - place[1]) + out[2] * (eye[2] - place[2]) > 0;
 }
 
 /** Where each tendon is seen: in a hole that tendons share, the one that ends first. */
