@@ -15,9 +15,9 @@ from clarke_gym.kinematics.dome import (
     sample_tips,
 )
 from clarke_gym.kinematics.poses import (
+    arc_planes,
     arc_pose,
     backbone,
-    base_frames,
     chain_points,
     chain_poses,
     forward,
@@ -32,9 +32,9 @@ from clarke_gym.kinematics.quaternions import (
 
 __all__ = [
     "Components",
+    "arc_planes",
     "arc_pose",
     "backbone",
-    "base_frames",
     "bending_to_clarke",
     "chain_points",
     "chain_poses",

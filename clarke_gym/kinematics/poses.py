@@ -221,73 +221,84 @@ def backbone(bending: Array, lengths: Array, points: int = 16) -> Array:
     array([0. , 0.1, 0.2])
     """
     bending = check_pairs(bending, lengths, "bending")
-    xp, lengths = namespace(bending), parameter(lengths, bending)
+    xp, lengths = namespace(bending), parameters(lengths, bending)
+    parts = split_segments(bending)
+    planes = xp.stack(arc_planes(parts, chain_poses(parts, lengths), lengths))
     fractions = matrix_like(np.arange(1, points + 1) / points, bending)
-    frames = None
-    if bending.shape[-2] > 1:
-        poses = chain_poses(split_segments(bending), parameters(lengths, bending))
-        frames = xp.stack(base_frames(poses), -1)
-    return chain_points(bending, lengths, frames, fractions)
+    curves = chain_points(planes.reshape(len(planes), -1), fractions)
+    return curves.reshape(*bending.shape[:-2], *curves.shape[1:])
 
 
-def base_frames(poses: Sequence[tuple[Components, Components]]) -> list[Number]:
-    """Return where the segments after the first one begin, by components.
+def arc_planes(
+    parts: Sequence[Number], poses: Sequence[tuple[Components, Components]], lengths: Array
+) -> list[Number]:
+    r"""Return the plane that each segment's arc lies in, and how far it bends there.
+
+    At the fraction f of a segment, with :math:`h = \sin(f\phi/2)/(f\phi)`, the arc is at
+    :math:`p + (fh)^2 b + fh\cos(f\phi/2)\,t` with :math:`b = 2l R(x, y, 0)` and
+    :math:`t = 2l R(0, 0, 1)`, where R p is the frame that the segment begins in.
 
     Parameters
     ----------
+    parts : sequence of 2S numbers
+        Components x, y of each segment's bending vector [rad].
     poses : sequence of S (position, quaternion)
         Those of `chain_poses`.
+    lengths : sequence of S
+        Segment lengths [m].
 
     Returns
     -------
-    list of length 12 (S - 1)
-        Of each segment, the three rows of its base's axes and position [m], (R p).
+    list of length 10 S
+        Of each segment :math:`\phi^2` [rad^2], and the coordinates of b, t and p [m].
 
     Examples
     --------
-    >>> frames = base_frames(chain_poses([0.0, 0.0, 0.0, 0.0], [0.25, 0.5]))
-    >>> [number + 0.0 for number in frames[8:]]
-    [0.0, 0.0, 1.0, 0.25]
+    >>> bends = [0.0, 0.0, 0.0, 0.0]
+    >>> planes = arc_planes(bends, chain_poses(bends, [0.25, 0.5]), [0.25, 0.5])
+    >>> planes[14:17], planes[17:]
+    ([0.0, 0.0, 1.0], [0.0, 0.0, 0.25])
     """
-    told: list[Number] = []
-    for position, quaternion in poses[:-1]:
-        for row, place in zip(rotation_rows(quaternion), position, strict=True):
-            told += *row, place
+    x, y, double = parts[0], parts[1], 2.0 * lengths[0]
+    none = 0.0 * x
+    told = [x * x + y * y, double * x, double * y, none, none, none, none + double]
+    told += none, none, none
+    for k in range(1, len(lengths)):
+        x, y, double = parts[2 * k], parts[2 * k + 1], 2.0 * lengths[k]
+        position, quaternion = poses[k - 1]
+        rows, across, aside = rotation_rows(quaternion), double * x, double * y
+        told.append(x * x + y * y)
+        told += [a * across + b * aside for a, b, _ in rows]
+        told += [double * c for _, _, c in rows]
+        told += position
     return told
 
 
-def chain_points(bending: Array, lengths: Array, frames: Array | None, fractions: Array) -> Array:
-    """Return points along the backbone of segments in series, of where they begin.
+def chain_points(planes: Array, fractions: Array) -> Array:
+    """Return points along the backbones of R robots.
 
     Parameters
     ----------
-    bending : array, shape (..., S, 2)
-        Bending vectors [rad].
-    lengths : array, shape (S,) or (..., S)
-        Segment lengths [m].
-    frames : array, shape (..., 12 (S - 1)), or None
-        What `base_frames` tells; None for one segment.
+    planes : array, shape (10 S, R)
+        What `arc_planes` tells.
     fractions : array, shape (P,)
         Where the points of each segment are along it.
 
     Returns
     -------
-    array, shape (..., S * P + 1, 3)
-        Positions [m] in the base frame, base first; a view of one in which each coordinate's
-        numbers are beside each other.
+    array, shape (R, S * P + 1, 3)
+        Positions [m] in the base frame, base first; a view of one with the robots last.
 
     Examples
     --------
-    >>> chain_points(np.zeros((1, 2)), np.array([0.2]), None, np.array([0.5, 1.0]))[:, 2]
-    array([0. , 0.1, 0.2])
+    >>> planes = arc_planes([0.0, 0.0], chain_poses([0.0, 0.0], [0.25]), [0.25])
+    >>> chain_points(np.array(planes)[:, None], np.array([0.5, 1.0]))[0, :, 2]
+    array([0.   , 0.125, 0.25 ])
     """
-    xp = namespace(bending)
-    bends = bending[..., None] * fractions
-    points, _ = arc_pose(bends[..., 0, :], bends[..., 1, :], lengths[..., None] * fractions)
-    local = xp.stack([*points, xp.ones_like(points[0])], -2)
-    curves = [xp.zeros_like(local[..., 0, :3, :1]), local[..., 0, :3, :]]
-    if frames is not None:
-        # Products of a fixed size a segment: their bits do not depend on how many robots there are.
-        moved = frames.reshape(*frames.shape[:-1], -1, 3, 4) @ local[..., 1:, :, :]
-        curves += [moved[..., k, :, :] for k in range(moved.shape[-3])]
-    return xp.concat(curves, -1).swapaxes(-1, -2)
+    planes, fractions = planes.reshape(len(planes) // 10, 10, 1, -1), fractions[:, None]
+    cosine, h = half_angle_functions(planes[:, 0] * (fractions * fractions))
+    height = h * fractions
+    curves = planes[:, 1:4] * (height * height)[:, None]
+    curves += planes[:, 4:7] * (height * cosine)[:, None]
+    curves += planes[:, 7:]
+    return namespace(curves).concat([planes[0, 7:], *curves], 1).swapaxes(0, 2)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from clarke_gym import kinematics
 from clarke_gym.kinematics.jacobians import tip_jacobian
-from clarke_gym.numerics.arrays import FloatArray, Number, from_components
+from clarke_gym.numerics.arrays import FloatArray, Number
 from clarke_gym.numerics.batch import Batch, as_batch
 from clarke_gym.numerics.linear_map import map_rows
 from clarke_gym.physics.base import RobotState, hull_radius
@@ -140,11 +140,9 @@ class ConstantCurvature:
 
     def backbone(self, points: int) -> FloatArray:
         """Return points along the backbones [m], shape (B, S * points + 1, 3)."""
-        bends, poses = self._chain()
-        bending = from_components(bends).reshape(self.batch.size, -1, 2)
-        frames = from_components(kinematics.base_frames(poses)) if len(poses) > 1 else None
+        planes = np.array(kinematics.arc_planes(*self._chain(), self._lengths))
         fractions = np.arange(1, points + 1) / points
-        curve: FloatArray = kinematics.chain_points(bending, self.robot.lengths, frames, fractions)
+        curve: FloatArray = kinematics.chain_points(planes.reshape(-1, self.batch.size), fractions)
         return curve
 
     def get_state(self) -> dict[str, Any]:

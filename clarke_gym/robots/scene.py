@@ -84,15 +84,15 @@ class Scene:
         return np.array(rows, np.float64).reshape(-1, 7)
 
 
-CHUNK = 64
-"""Robots whose distances are computed at once."""
+BLOCK = 1 << 14
+"""Distances that are computed at once: more would leave the cache."""
 
 EMPTY = Scene()
 """No bodies: contact stays off."""
 
 
-def axis_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
-    """Return how far points are from the surfaces of capsules, negative inside.
+def body_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
+    """Return how far the surfaces of capsules are from the nearest of some points.
 
     Parameters
     ----------
@@ -103,69 +103,104 @@ def axis_distance(points: FloatArray, numbers: FloatArray) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (..., K, P)
-        [m].
+    ndarray, shape (..., K)
+        [m], negative where a point is inside.
 
     Examples
     --------
     >>> bar = Scene((Capsule((0.1, -1.0, 0.1), (0.1, 1.0, 0.1), 0.01),)).numbers
-    >>> axis_distance(np.array([[0.0, 0.0, 0.1]]), bar).round(9)
-    array([[0.09]])
+    >>> body_distance(np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.2]]), bar).round(9)
+    array([0.09])
     """
-    forms, sizes = _forms(numbers)
     lead = np.broadcast_shapes(points.shape[:-2], numbers.shape[:-2])
-    return _distance(points, forms, sizes, _Room(lead, points.shape[-2], numbers.shape[-2]))
+    points, numbers = (
+        np.broadcast_to(array, (*lead, *array.shape[-2:])).reshape(-1, *array.shape[-2:])
+        for array in (points, numbers)
+    )
+    return _Capsules(numbers).distance(points).reshape(*lead, numbers.shape[1])
 
 
-def _forms(numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return what capsules (..., K, 7) are to points, whatever these are.
+class _Capsules:
+    """What capsules around each of B robots are to points, whatever these are.
 
-    Of the numbers (x, y, z, their square, 1) of a point each is a linear form, (2, ..., K, 5): how
-    far along each axis it is [m], and the square of its distance from the axis' start. Then the
-    length and the radius of each, (2, ..., K, 1).
+    Of the numbers (x, y, z, their square, 1) of a point two things are linear: how far along an
+    axis it is [m], and the square of its distance from the axis' start [m^2].
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (B, K, 7)
+        Ends of each axis and radius [m].
     """
-    start, radius = numbers[..., :3], numbers[..., 6]
-    axis = numbers[..., 3:6] - start
-    length = np.sqrt(np.vecdot(axis, axis))
-    # A sphere's axis of length 0 leaves all points at its start.
-    axis = axis / np.where(length > 0.0, length, 1.0)[..., None]
-    forms = np.zeros((2, *length.shape, 5))
-    forms[0, ..., :3], forms[0, ..., 4] = axis, -np.vecdot(axis, start)
-    forms[1, ..., :3], forms[1, ..., 3] = -2.0 * start, 1.0
-    forms[1, ..., 4] = np.vecdot(start, start)
-    return forms, np.stack([length, radius])[..., None]
+
+    def __init__(self, numbers: FloatArray) -> None:
+        start, self.radius = numbers[..., :3], numbers[..., 6].copy()
+        axis = numbers[..., 3:6] - start
+        self.length = np.sqrt(np.vecdot(axis, axis))
+        # A sphere's axis of length 0 leaves all points at its start.
+        axis = axis / np.where(self.length > 0.0, self.length, 1.0)[..., None]
+        forms = np.zeros((2, *self.length.shape, 5))
+        forms[0, ..., :3], forms[0, ..., 4] = axis, -np.vecdot(axis, start)
+        forms[1, ..., :3], forms[1, ..., 3] = -2.0 * start, 1.0
+        forms[1, ..., 4] = np.vecdot(start, start)
+        self.forms = forms.swapaxes(-1, -2)
+        self._rooms: dict[tuple[int, int], _Room] = {}
+
+    def place(self, rows: NDArray[np.intp], other: _Capsules) -> None:
+        """Take the capsules of the robots `rows` from others, one after the other."""
+        self.forms[:, rows] = other.forms
+        self.length[rows], self.radius[rows] = other.length, other.radius
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return how far each surface is from the nearest of the points (B, P, 3), (B, K)."""
+        robots, bodies = self.length.shape
+        least = np.empty((robots, bodies))
+        width = min(points.shape[1], max(1, BLOCK // bodies))
+        chunk = max(1, BLOCK // (bodies * width))
+        for k in range(0, robots, chunk):
+            rows = slice(k, k + chunk)
+            square = self._square(points[rows, :width], rows)
+            for j in range(width, points.shape[1], width):
+                np.minimum(square, self._square(points[rows, j : j + width], rows), out=square)
+            # The root grows with its square: of all points it is drawn for the nearest alone.
+            np.sqrt(np.maximum(square, 0.0, out=square), out=least[rows])
+        least -= self.radius
+        return least
+
+    def _square(self, points: FloatArray, rows: slice) -> FloatArray:
+        """Return the least square of the distance of points from each axis, (R, K)."""
+        size = len(points), points.shape[1]
+        if size not in self._rooms:
+            self._rooms[size] = _Room(*size, self.length.shape[1])
+        return self._rooms[size].least_square(points, self.forms[:, rows], self.length[rows])
 
 
 class _Room:
-    """Memory for distances: fresh one for large batches costs more than the sums do."""
+    """Memory for R robots' distances: fresh one for large batches costs more than the sums do."""
 
-    def __init__(self, lead: tuple[int, ...], points: int, bodies: int) -> None:
-        self.lifted = np.empty((5, *lead, points))
-        self.lifted[4] = 1.0
-        self.factor = np.moveaxis(self.lifted, 0, -2)
-        self.along, self.square, self.nearest = np.empty((3, *lead, bodies, points))
+    def __init__(self, robots: int, points: int, bodies: int) -> None:
+        self._lifted = np.ones((5, robots, points))
+        self._squares = np.empty((3, robots, points))
+        self._factor = self._lifted.transpose(1, 2, 0)
+        products = np.empty((2, points, robots, bodies))
+        self._products, (self._along, self._square) = products.swapaxes(1, 2), products
+        self._nearest = np.empty((points, robots, bodies))
+        self._start = np.zeros((robots, bodies))  # met faster than a single zero
 
-
-def _distance(points: FloatArray, forms: FloatArray, sizes: FloatArray, room: _Room) -> FloatArray:
-    """Return how far points (..., P, 3) are from the surfaces of capsules, (..., K, P)."""
-    lifted, along, square, nearest = room.lifted, room.along, room.square, room.nearest
-    for k in range(3):
-        lifted[k] = points[..., k]
-    x, y, z = lifted[:3]
-    lifted[3] = x * x + y * y + z * z
-    # Products of a fixed size, one a robot: their bits do not depend on how many there are.
-    np.matmul(forms[0], room.factor, out=along)
-    np.matmul(forms[1], room.factor, out=square)
-    np.minimum(np.maximum(along, 0.0, out=nearest), sizes[0], out=nearest)
-    # What is left of it: s^2 - a^2 + (a - n)^2 = s^2 - n (2 a - n).
-    along += along
-    along -= nearest
-    along *= nearest
-    square -= along
-    np.maximum(square, 0.0, out=square)
-    distance: FloatArray = np.sqrt(square, out=square)
-    distance -= sizes[1]
-    return distance
+    def least_square(self, points: FloatArray, forms: FloatArray, length: FloatArray) -> FloatArray:
+        """Return the least square of the distance of points (R, P, 3) from each axis, (R, K)."""
+        place, along, square, nearest = self._lifted[:3], self._along, self._square, self._nearest
+        place[...] = points.transpose(2, 0, 1)
+        np.add.reduce(np.multiply(place, place, out=self._squares), out=self._lifted[3])
+        # Products of a fixed size, one a robot: their bits do not depend on how many there are.
+        np.matmul(self._factor, forms, out=self._products)
+        np.minimum(np.maximum(along, self._start, out=nearest), length, out=nearest)
+        # What is left of it: s^2 - a^2 + (a - n)^2 = s^2 - n (2 a - n).
+        along += along
+        along -= nearest
+        along *= nearest
+        square -= along
+        least: FloatArray = np.minimum.reduce(square)
+        return least
 
 
 class Surroundings:
@@ -187,20 +222,16 @@ class Surroundings:
 
     def __init__(self, scene: Scene, num_envs: int, hull_m: float) -> None:
         self.scene, self._num_envs, self._hull_m = scene, num_envs, hull_m
-        count = num_envs if scene.placed else 1
-        self._numbers = np.tile(scene.numbers, (count, 1, 1))
-        self._forms, self._sizes = _forms(self._numbers)
-        self._rooms: dict[tuple[int, int], _Room] = {}
-
-    @property
-    def numbers(self) -> FloatArray:
+        self._numbers = np.tile(scene.numbers, (num_envs, 1, 1))
+        self._capsules = _Capsules(self._numbers)
+        self.numbers = self._numbers.view()
         """Ends of each axis and radius [m], shape (B, K, 7), to read."""
-        return np.broadcast_to(self._numbers, (self._num_envs, *self._numbers.shape[1:]))
+        self.numbers.flags.writeable = False
 
     def place(self, rows: NDArray[np.intp], numbers: FloatArray) -> None:
         """Put the bodies around the robots `rows` to `numbers`, shape (R, K, 7)."""
         self._numbers[rows] = numbers
-        self._forms[:, rows], self._sizes[:, rows] = _forms(numbers)
+        self._capsules.place(rows, _Capsules(numbers))
 
     def clearance(self, backbone: FloatArray) -> FloatArray:
         """Return the smallest gap between each robot and its bodies.
@@ -217,16 +248,6 @@ class Surroundings:
         """
         if not self.scene.bodies:
             return np.full(self._num_envs, np.inf)
-        gaps, points = np.empty(self._num_envs), backbone.shape[1]
-        for k in range(0, self._num_envs, CHUNK):  # more at once would leave the cache
-            rows = slice(k, k + CHUNK)
-            own = rows if self.scene.placed else slice(None)
-            size = min(CHUNK, self._num_envs - k), points
-            if size not in self._rooms:
-                self._rooms[size] = _Room(size[:1], points, len(self.scene.bodies))
-            found = _distance(
-                backbone[rows], self._forms[:, own], self._sizes[:, own], self._rooms[size]
-            )
-            gaps[rows] = found.min(axis=(1, 2))
+        gaps: FloatArray = np.minimum.reduce(self._capsules.distance(backbone), axis=1)
         gaps -= self._hull_m
         return gaps

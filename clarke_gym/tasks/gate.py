@@ -68,6 +68,7 @@ class Gate(ObstructedTask):
     ) -> None:
         width, ring = 2.0 * hull_radius(robot), CAGE * robot.length_m
         self.n_bars = max(4, math.floor(2.0 * math.pi * ring / (PITCH * width)))
+        self._straight = np.array([0.0, 0.0, robot.length_m])
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.numbers = 4 * CANDIDATES * robot.n_segments + 2
 
@@ -96,13 +97,12 @@ class Gate(ObstructedTask):
         self, achieved: FloatArray, desired: FloatArray, errors: list[FloatArray]
     ) -> list[FloatArray]:
         """Return the distance that is left [m]: by the straight tip, where bars are between."""
-        x, y, z, _ = achieved.T
-        u, v, w, _ = desired.T
-        ahead, aside = u * x + v * y, u * y - v * x
-        other = self._half_opening * ahead < np.abs(aside)
-        flat = x * x + y * y
-        outside, top = flat > self._ring_m**2, self.robot.length_m
-        over = np.sqrt(flat + (z - top) ** 2) + np.sqrt(u * u + v * v + (w - top) ** 2)
+        tip, goal = achieved[:, :2], desired[:, :2]
+        ahead, flat = np.vecdot(tip, goal), np.vecdot(tip, tip)
+        aside = goal[:, 0] * tip[:, 1] - goal[:, 1] * tip[:, 0]
+        other, outside = self._half_opening * ahead < np.abs(aside), flat > self._ring_m**2
+        up, down = achieved[:, :3] - self._straight, desired[:, :3] - self._straight
+        over = np.sqrt(np.vecdot(up, up)) + np.sqrt(np.vecdot(down, down))
         return [np.where(other & outside, over, errors[0])]
 
     def lay(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -111,10 +111,10 @@ class Gate(ObstructedTask):
         uniforms = numbers[:, : 4 * CANDIDATES * segments]
         uniforms = uniforms.reshape(rows, 2, CANDIDATES, segments, 2)
         shapes = kinematics.sample_dome(uniforms, self.robot.max_bending)
-        clear = self.gaps(self.leg(np.zeros_like(shapes), shapes), self.scene.numbers).min(-1)
         tips = kinematics.forward(shapes, self.robot.lengths)[0]
-        outside = np.hypot(tips[..., 0], tips[..., 1]) >= self._outside
-        good = outside & (clear >= MARGIN * self.hull_m)
+        good = np.hypot(tips[..., 0], tips[..., 1]) >= self._outside
+        way = self.leg(np.zeros_like(shapes[good]), shapes[good])
+        good[good] = self.gaps(way, self.scene.numbers).min(-1) >= MARGIN * self.hull_m
         # Where no candidate will do, an even bend through the middle of an opening does.
         index = np.floor(numbers[:, -2:] * self.n_bars)
         angle = 2.0 * np.pi * index / self.n_bars

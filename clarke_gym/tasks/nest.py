@@ -101,13 +101,14 @@ class Nest(ObstructedTask):
             start = np.zeros_like(start)
         way = np.concatenate([self.leg(start, over), self.leg(over, goal)], 1)
         bodies = self._candidates(rest.reshape(rows, MOST, CANDIDATES, -1))
-        flat = bodies.reshape(rows, MOST * CANDIDATES, 7)
+        drawn = lots.argsort(-1).argsort(-1) < self.n_bodies
+        asked = bodies[drawn].reshape(rows, self.n_bodies * CANDIDATES, 7)
         room = ROOMIEST + (TIGHTEST - ROOMIEST) * self.difficulty
-        clear = self.gaps(way, flat).reshape(rows, MOST, CANDIDATES) >= room * self.hull_m
+        clear = np.zeros((rows, MOST, CANDIDATES), bool)
+        clear[drawn] = (self.gaps(way, asked) >= room * self.hull_m).reshape(-1, CANDIDATES)
         first = clear.argmax(-1)[..., None, None]
         picked = np.take_along_axis(bodies, first, 2)[:, :, 0]
-        in_play = clear.any(-1) & (lots.argsort(-1).argsort(-1) < self.n_bodies)
-        placed = np.where(in_play[..., None], picked, self.scene.numbers)
+        placed = np.where(clear.any(-1, keepdims=True), picked, self.scene.numbers)
         return start, np.hstack([self.tips(goal), placed.reshape(rows, -1)])
 
     def _candidates(self, numbers: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from clarke_gym import kinematics
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import RobotState, hull_radius
 from clarke_gym.robots import Robot
-from clarke_gym.robots.scene import axis_distance
+from clarke_gym.robots.scene import body_distance
 from clarke_gym.tasks.base import Goal, Metric, Outcome
 from clarke_gym.tasks.shaped import CostedTask, error_metrics
 
@@ -67,7 +67,7 @@ class ObstructedTask(CostedTask):
 
     def achieved(self, state: RobotState) -> FloatArray:
         """Return the tip position and the depth inside a body [m]."""
-        depth = np.minimum(np.maximum(-state.clearance, 0.0), 2.0 * self.hull_m)
+        depth = (-state.clearance).clip(0.0, 2.0 * self.hull_m)
         return np.concatenate([state.tip_position, depth[:, None]], axis=1)
 
     def score(self, achieved: FloatArray, desired: FloatArray) -> Outcome:
@@ -117,7 +117,7 @@ class ObstructedTask(CostedTask):
         share = np.linspace(0.0, 1.0, PATH_SHAPES)[:, None, None]
         shapes = start[..., None, :, :] * (1.0 - share) + end[..., None, :, :] * share
         curves = kinematics.backbone(shapes, self.robot.lengths, PATH_POINTS)
-        return curves.reshape(*start.shape[:-2], -1, 3)
+        return curves.reshape(*start.shape[:-2], PATH_SHAPES * curves.shape[-2], 3)
 
     def tips(self, shapes: FloatArray) -> FloatArray:
         """Return goals (R, 4) of goal shapes (R, S, 2) [rad]."""
@@ -126,5 +126,5 @@ class ObstructedTask(CostedTask):
 
     def gaps(self, points: FloatArray, bodies: FloatArray) -> FloatArray:
         """Return the smallest gaps of hulls around points (..., P, 3) to bodies (..., K, 7)."""
-        gaps: FloatArray = axis_distance(points, bodies).min(-1) - self.hull_m
+        gaps: FloatArray = body_distance(points, bodies) - self.hull_m
         return gaps

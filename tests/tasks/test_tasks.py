@@ -11,7 +11,7 @@ from clarke_gym.control import make_controller
 from clarke_gym.registration import ENVIRONMENTS
 from clarke_gym.representations import make_representation
 from clarke_gym.robots import make_robot
-from clarke_gym.robots.scene import Capsule, Scene, axis_distance
+from clarke_gym.robots.scene import Capsule, Scene, body_distance
 from clarke_gym.tasks import TASKS, Nest
 from clarke_gym.tasks.paths import PATHS
 from clarke_gym.tasks.track import LONGEST_S
@@ -119,11 +119,18 @@ def test_every_episode_among_bodies_has_a_clear_start_and_goal(name, segments, d
     start, parameters = task.begin(numbers)
     places = task.places(parameters)
     assert task.gaps(task.leg(start, start), places).min() > 0.0
-    tip_gap = axis_distance(parameters[:, None, :3], places).min((1, 2)) - task.hull_m
+    tip_gap = body_distance(parameters[:, None, :3], places).min(1) - task.hull_m
     assert tip_gap.min() > 0.0
     if name == "gate":  # the known way: straighten, bend
         straight = np.zeros_like(start)
         assert task.gaps(task.leg(start, straight), places).min() > 0.0
+
+
+def test_a_gate_is_laid_out_for_robots_that_cannot_get_out_of_it():
+    task = TASKS["gate"](make_robot(max_bending_rad=0.3))
+    start, parameters = task.begin(np.random.default_rng(0).random((3, task.numbers)))
+    assert start.shape == (3, 1, 2)
+    assert np.isfinite(parameters).all()
 
 
 def test_a_nest_has_as_many_bodies_as_its_difficulty_says_and_other_ones_every_episode():
@@ -149,7 +156,7 @@ def test_distances_to_capsules_are_those_to_their_nearest_points(ends, points):
     share = np.linspace(0.0, 1.0, 20001)[:, None]
     axis = numbers[0, :3] * (1.0 - share) + numbers[0, 3:6] * share
     nearest = np.linalg.norm(axis - np.array(points), axis=1).min() - 0.1
-    found = axis_distance(np.array([points]), numbers)[0, 0]
+    found = body_distance(np.array([points]), numbers)[0]
     assert found == pytest.approx(nearest, abs=2e-4)
 
 
