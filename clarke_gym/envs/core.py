@@ -272,7 +272,7 @@ class EnvCore:
         return {
             "observation": observation,
             "achieved_goal": seen(self.task.seen(state)[0].copy()),
-            "desired_goal": seen(self.episode.observed_goal.copy()),
+            "desired_goal": seen(self.episode.observed_goal),
         }
 
     def goal_reward(self, achieved: ArrayLike, desired: ArrayLike) -> Any:

@@ -70,7 +70,6 @@ class Episode:
         self.goal = np.zeros((num_envs, size))
         self._ahead = Ahead(task.previews)
         self._all = np.arange(num_envs)
-        self.observed_goal = np.zeros((num_envs, size), np.float32)
 
     def _begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return where robots are put (two arrays), and what goals are made of."""
@@ -78,17 +77,25 @@ class Episode:
         return *self._prepare(bending), parameters
 
     def _follow(self, rows: NDArray[np.intp] | slice) -> None:
-        """Bring some goals up to date; observed goals are what they say to single precision."""
-        goal = self._parameters[rows]
+        """Bring some goals up to date."""
         if self._moves:
-            goal = self._ahead.at(self.steps, self._tell)[rows]
-        elif self._told_by:
+            self.goal[rows] = self._ahead.at(self.steps, self._tell)[rows]
+            return
+        goal = self._parameters[rows]
+        if self._told_by:
             goal = self._task.advance(goal, self.time_s[rows])
-        if self._task.goal is not None:
-            observed = self._task.goal.observed(goal)
-            self.observed_goal[rows] = observed
-            goal = self._task.goal.meant(observed)
-        self.goal[rows] = goal
+        self.goal[rows] = self._rounded(goal)
+
+    def _rounded(self, goal: FloatArray) -> FloatArray:
+        """Return goals that are what policies see of them, to single precision."""
+        shown = self._task.goal
+        return goal if shown is None else shown.meant(shown.observed(goal))
+
+    @property
+    def observed_goal(self) -> NDArray[np.float32]:
+        """The goals as policies see them, shape (B, size)."""
+        assert self._task.goal is not None
+        return self._task.goal.observed(self.goal)
 
     @property
     def parameters(self) -> FloatArray:
@@ -110,7 +117,8 @@ class Episode:
 
     def _tell(self, rows: NDArray[np.intp], steps: NDArray[np.int64]) -> FloatArray:
         """Return the goals of some environments at some steps."""
-        return self._task.advance(self._parameters[rows], steps * np.float64(self._control_dt))
+        time_s = steps * np.float64(self._control_dt)
+        return self._rounded(self._task.advance(self._parameters[rows], time_s))
 
     def prepare_again(self) -> None:
         """Prepare the episodes to come anew, from the numbers that were drawn for them."""

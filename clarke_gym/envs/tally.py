@@ -53,16 +53,20 @@ class Tally:
         """
         # A step that was counted is not counted again; what an episode begins with, only there.
         old, first, count = steps == self._at, steps <= 1, np.maximum(steps, 1)
+        again, begins = np.count_nonzero(old) > 0, np.count_nonzero(first) > 0
         told = {}
         for name, over in self._over.items():
             kept, value = self._kept[name], now[name]
             if over in ("mean", "rms"):
                 value = value * value if over == "rms" else value
-                kept = np.where(first, value, kept + np.where(old, 0.0, value))
+                kept = kept + (np.where(old, 0.0, value) if again else value)
+                if begins:
+                    kept = np.where(first, value, kept)
                 told[name] = np.sqrt(kept / count) if over == "rms" else kept / count
             else:
-                extreme = np.minimum if over == "least" else np.maximum
-                kept = np.where(steps == 0, value, extreme(kept, value))
+                kept = np.minimum(kept, value) if over == "least" else np.maximum(kept, value)
+                if begins:
+                    kept = np.where(steps == 0, value, kept)
                 told[name] = kept - value if over == "fall" else kept.copy()
             self._kept[name] = kept
         self._at = steps.copy()

@@ -33,7 +33,7 @@ class Ahead:
     """
 
     def __init__(self, previews: int = 0) -> None:
-        self._count = STEPS + previews
+        self._previews = previews
         self._told: FloatArray | None = None
 
     def forget(self, rows: NDArray[np.intp] | None = None) -> None:
@@ -41,7 +41,7 @@ class Ahead:
         if rows is None:
             self._told = None
         elif self._told is not None:
-            self._from[rows] = -self._count
+            self._from[rows] = -STEPS
 
     def at(self, steps: NDArray[np.int64], tell: Tell) -> FloatArray:
         """Return the numbers (B, k) of all rows at their steps.
@@ -49,25 +49,31 @@ class Ahead:
         What is not known is asked of `tell`, whose rows come several times.
         """
         if self._told is None:
-            self._all = np.arange(len(steps))
-            self._from = np.full(len(steps), -self._count, dtype=np.int64)
+            self._first = STEPS * np.arange(len(steps))
+            self._from = np.full(len(steps), -STEPS, dtype=np.int64)
         place = steps - self._from
         known = place.view(np.uint64) < STEPS  # as unsigned, what is before is far behind
         if np.count_nonzero(known) < len(known):
             late = np.flatnonzero(~known)
             self._from[late], place[late] = steps[late], 0
-            then = steps[late, None] + np.arange(self._count)
-            told = tell(np.repeat(late, self._count), then.reshape(-1))
-            told = told.reshape(late.size, self._count, -1)
+            told = self._windows(late, steps[late], tell)
             if self._told is None:
                 self._told = told
             else:
                 self._told[late] = told
-        self._place = place
+        assert self._told is not None
+        windows = self._told.reshape(-1, self._told.shape[2])
+        self._found = windows.take(place + self._first, axis=0)
         return self.later(0)
 
     def later(self, ahead: int) -> FloatArray:
         """Return the numbers some steps after those of the last `at`."""
-        assert self._told is not None
-        found: FloatArray = self._told[self._all, self._place + ahead]
-        return found
+        size = self._found.shape[1] // (self._previews + 1)
+        return self._found[:, ahead * size : (ahead + 1) * size]
+
+    def _windows(self, rows: NDArray[np.intp], steps: NDArray[np.int64], tell: Tell) -> FloatArray:
+        """Return the numbers of some rows from some steps on, and beside them those to come."""
+        count = STEPS + self._previews
+        then = steps[:, None] + np.arange(count)
+        told = tell(np.repeat(rows, count), then.reshape(-1)).reshape(len(rows), count, -1)
+        return np.concatenate([told[:, k : k + STEPS] for k in range(self._previews + 1)], axis=2)

@@ -63,11 +63,13 @@ class Waves(Path):
 
     def at(self, told: FloatArray, time_s: FloatArray) -> FloatArray:
         """Return the bending vectors [rad]."""
-        parts = told.reshape(len(told), self.segments, 2, 1 + 3 * self.waves)
-        amplitude, rate, phase = (parts[..., 1 + k :: 3] for k in range(3))
-        swing = amplitude * np.sin(rate * time_s[:, None, None, None] + phase)
-        bending: FloatArray = parts[..., 0] + swing.sum(-1)
-        return bending
+        # With the paths last, whose many numbers are then beside each other.
+        parts = np.ascontiguousarray(told.T)
+        parts = parts.reshape(self.segments, 2, 1 + 3 * self.waves, len(told))
+        amplitude, rate, phase = (parts[:, :, 1 + k :: 3] for k in range(3))
+        swing = amplitude * np.sin(rate * time_s + phase)
+        bending: FloatArray = parts[:, :, 0] + swing.sum(2)
+        return bending.transpose(2, 0, 1)
 
     def _told(
         self, centre: FloatArray, amplitude: FloatArray, rate: FloatArray, phase: FloatArray
