@@ -192,6 +192,18 @@ def as_batch(batch: Batch | int) -> Batch:
 # --- off-manifold numbers, one a tendon ----------------------------------------------------------
 
 
+def check_finite(given: Any) -> None:
+    """Refuse given numbers of which one is not finite, or so large that its square is not.
+
+    Raises
+    ------
+    ValueError
+    """
+    length = math.hypot(*given) if isinstance(given, list) else math.sqrt(np.vdot(given, given))
+    if not math.isfinite(length * length):
+        raise ValueError(not_finite(np.asarray(given)))
+
+
 def square_sum(given: Any) -> Number:
     """Return each robot's sum of squares of given numbers.
 
@@ -200,16 +212,11 @@ def square_sum(given: Any) -> Number:
     ValueError
         If a number is not finite, or so large that its square is not.
     """
+    check_finite(given)
     if isinstance(given, list):
         length = math.hypot(*given)
-        size: Any = length * length
-        finite = math.isfinite(size)
-    else:
-        size = np.vecdot(given, given)
-        finite = math.isfinite(size.sum())
-    if not finite:
-        raise ValueError(not_finite(np.asarray(given)))
-    return size
+        return length * length
+    return np.vecdot(given, given)
 
 
 def largest_magnitude(off: Any) -> Number:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.numerics.arrays import FloatArray, from_components
-from clarke_gym.numerics.batch import Batch, Factors, PairMap, array_of, copied, square_sum
+from clarke_gym.numerics.batch import Batch, Factors, PairMap, array_of, check_finite, copied
 from clarke_gym.numerics.linear_map import DiagonalMap, LinearMap, map_rows
 from clarke_gym.representations.registry import Representation, to_polar
 from clarke_gym.robots.joint_vector import JointVector, Splitter
@@ -69,7 +69,7 @@ class Decoder:
         given = batch.given(array)
         if self._raw:
             return self._splitter.given(given)
-        square_sum(given)  # refuses what is not finite
+        check_finite(given)
         if self._same:
             return JointVector(batch.columns(given))
         if self.representation.polar:
