@@ -50,11 +50,14 @@ class SensorNoise(Disturbance):
 
     def sense(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
         """Return the values with noise."""
-        size, stream = values.shape[1], _stream(name)
-        noise = self._noise.setdefault(name, Ahead()).at(
-            self.steps, lambda rows, steps: normals(self.drawn[rows, 0], steps, size, stream)
-        )
-        return values + NOISE * self.strength * scale * noise
+        if name not in self._noise:
+            self._noise[name] = Ahead()
+
+        def tell(rows: NDArray[np.intp], steps: NDArray[np.int64]) -> FloatArray:
+            noise = normals(self.drawn[rows, 0], steps, values.shape[1], _stream(name))
+            return NOISE * self.strength * scale * noise
+
+        return values + self._noise[name].at(self.steps, tell)
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to what was drawn."""
