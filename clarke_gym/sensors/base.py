@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from clarke_gym.numerics.arrays import FloatArray
+import numpy as np
+from numpy.typing import NDArray
+
+from clarke_gym.numerics.arrays import FloatArray, constant
 from clarke_gym.numerics.registry import Registry
 from clarke_gym.physics.base import Physics, RobotState
 from clarke_gym.robots.joint_vector import JointVector, Splitter
@@ -118,10 +121,10 @@ class TaskSensor(Sensor, ABC):
         """Return the numbers, shape (B, size), in SI units; `goal` is (B, goal size)."""
 
     @cached_property
-    def _factor(self) -> float | FloatArray:
-        return 1.0 / self.scale
+    def _factor(self) -> FloatArray:
+        return constant(1.0 / self.scale)
 
-    def observed(self, state: RobotState, goal: FloatArray) -> FloatArray:
+    def observed(self, state: RobotState, goal: FloatArray) -> NDArray[np.floating[Any]]:
         """Return the numbers as policies see them."""
         return self.read(state, goal) * self._factor
 

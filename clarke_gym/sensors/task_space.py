@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import RobotState
@@ -182,8 +183,7 @@ class _OfGoal(TaskSensor):
     @property
     def scale(self) -> float | FloatArray:
         """That of the goal."""
-        scale: float | FloatArray = self._goal.observed_scale
-        return scale
+        return self._goal.observed_scale
 
     @property
     def bound(self) -> float:
@@ -281,7 +281,7 @@ class Obstacles(_Position):
         """Return the coordinates [m]."""
         del goal
         numbers = state.bodies
-        return numbers.reshape(len(numbers), -1)[:, self._places]
+        return numbers.reshape(len(numbers), -1).take(self._places, axis=1)
 
 
 @register_sensor("goal_gap")
@@ -308,11 +308,10 @@ class GoalGap(_OfGoal):
         """Return the gaps."""
         return (goal - self._seen(state)[1])[:, self._goal.shown]
 
-    def observed(self, state: RobotState, goal: FloatArray) -> FloatArray:
+    def observed(self, state: RobotState, goal: FloatArray) -> NDArray[np.floating[Any]]:
         """Return the difference of what policies see, to the bit."""
-        achieved, shown = self._seen(state)[0], self._goal.shown
-        gap = np.subtract(self._goal.observed(goal), achieved, dtype=np.float64)
-        return gap[:, shown]
+        gap = self._goal.observed(goal) - self._seen(state)[0]
+        return gap[:, self._goal.shown]
 
 
 @register_sensor("hidden")

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray, constant
 from clarke_gym.numerics.checks import check_choice
 from clarke_gym.numerics.registry import Registry
 from clarke_gym.physics.base import RobotState
@@ -99,9 +99,9 @@ class Goal:
         return len(self.labels)
 
     @cached_property
-    def divisor(self) -> Any:
-        """The scale in double precision: a number, or an array (size,)."""
-        return np.asarray(self.scale, np.float64)[()]
+    def divisor(self) -> FloatArray:
+        """The scale in double precision, shape () or (size,)."""
+        return constant(self.scale)
 
     @cached_property
     def positions(self) -> NDArray[np.intp]:
@@ -111,9 +111,9 @@ class Goal:
         return np.array([[k, k + 1, k + 2] for k in found], np.intp).reshape(-1, 3)
 
     @property
-    def observed_scale(self) -> Any:
+    def observed_scale(self) -> FloatArray:
         """The divisor of the numbers that sensors see: one, or one each."""
-        return self.divisor if np.ndim(self.divisor) == 0 else self.divisor[self.shown]
+        return self.divisor if self.divisor.ndim == 0 else self.divisor[self.shown]
 
     @property
     def is_position(self) -> bool:
@@ -126,8 +126,7 @@ class Goal:
 
     def meant(self, observed: Float32Array) -> FloatArray:
         """Return what observed goals say, in SI units."""
-        meant: FloatArray = observed * self.divisor
-        return meant
+        return observed.astype(np.float64) * self.divisor
 
 
 @dataclass(slots=True)

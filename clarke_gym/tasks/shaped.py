@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clarke_gym import kinematics
-from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.arrays import FloatArray, constant
 from clarke_gym.numerics.checks import check_choice, check_positive
 from clarke_gym.physics.base import RobotState
 from clarke_gym.robots import Robot
@@ -60,10 +60,10 @@ def error_metrics(
 class _Bounds(NamedTuple):
     """What an error is held against."""
 
-    scale: float
-    weight: float
-    tolerance: float
-    decay: float
+    scale: FloatArray
+    weight: FloatArray
+    tolerance: FloatArray
+    decay: FloatArray
 
 
 class ShapedTask(GoalTask):
@@ -117,7 +117,7 @@ class ShapedTask(GoalTask):
             raise TypeError(f"random_start must be true or false, got {random_start!r}")
         self._given_tolerance = success_tolerance
         self._sparse, self._random_start = reward == "sparse", random_start
-        self._percent = 100.0 / robot.length_m
+        self._percent = constant(100.0 / robot.length_m)
         super().__init__(robot, difficulty)
 
     def settle(self) -> None:
@@ -129,7 +129,8 @@ class ShapedTask(GoalTask):
         bounds = self.tolerances()
         share = 0.5 / len(bounds)
         self._bounds = [
-            _Bounds(scale, share * scale, epsilon, -1.0 / epsilon**2) for scale, epsilon in bounds
+            _Bounds(*map(constant, (scale, share * scale, epsilon, -1.0 / epsilon**2)))
+            for scale, epsilon in bounds
         ]
 
     def tolerances(self) -> list[tuple[float, float]]:
