@@ -1,6 +1,8 @@
 """Speed of the environments against Gymnasium's own, as ratios inside one run.
 
 python -m benchmarks.env_speed
+
+docs/results/measured/env_speed.json keeps what was found.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import gymnasium as gym
 import numpy as np
 
 import clarke_gym  # noqa: F401  (registers the environments)
+from benchmarks.measured import keep
 from benchmarks.timing import Workload, seconds_per_call
 
 ID = "clarke_gym/Reach-v0"
@@ -80,22 +83,30 @@ def main() -> None:
     print("scalar env.step, autoreset included")
     for name, value in s.items():
         print(f"  {name:20s} {value * 1e6:8.1f} us")
-    print("speed ratios (bar)")
-    rows = [
-        ("vector clarke n=7 / CartPole-v1", t["cartpole"] / t["clarke n=7"], ">= 0.5"),
-        ("scalar raw n=3 / Reacher-v5", s["reacher"] / s["raw n=3"], ">= 1"),
-        ("scalar raw n=7 / Reacher-v5", s["reacher"] / s["raw n=7"], ">= 1"),
-        ("scalar clarke n=7 / Reacher-v5", s["reacher"] / s["clarke n=7"], ">= 1.3"),
-        ("cost clarke n=32 / n=3", t["clarke n=32"] / t["clarke n=3"], "<= 1.5"),
-        ("cost raw n=32 / n=3", t["raw n=32"] / t["raw n=3"], "<= 3"),
-        (
-            "cost raw n=32 / n=3, batch 32",
+    rows = {
+        "vector Clarke over CartPole-v1": (t["cartpole"] / t["clarke n=7"], ">= 0.5"),
+        "scalar raw n = 3 over Reacher-v5": (s["reacher"] / s["raw n=3"], ">= 1"),
+        "scalar raw n = 7 over Reacher-v5": (s["reacher"] / s["raw n=7"], ">= 1"),
+        "scalar Clarke over Reacher-v5": (s["reacher"] / s["clarke n=7"], ">= 1.3"),
+        "cost Clarke n = 32 over 3": (t["clarke n=32"] / t["clarke n=3"], "<= 1.5"),
+        "cost raw n = 32 over 3": (t["raw n=32"] / t["raw n=3"], "<= 3"),
+        "cost raw n = 32 over 3, batch 32": (
             t["raw n=32, batch 32"] / t["raw n=3, batch 32"],
             "<= 1.5",
         ),
-    ]
-    for name, ratio, bar in rows:
-        print(f"  {name:32s} {ratio:6.2f}   {bar}")
+    }
+    print("speed ratios (bar)")
+    for name, (ratio, bar) in rows.items():
+        print(f"  {name:36s} {ratio:6.2f}   {bar}")
+    keep(
+        "env_speed",
+        {
+            "ratios": {name: round(ratio, 3) for name, (ratio, _) in rows.items()},
+            "vector_step_us": {name: round(1e6 * value, 1) for name, value in t.items()},
+            "scalar_step_us": {name: round(1e6 * value, 2) for name, value in s.items()},
+            "batch": BATCH,
+        },
+    )
 
 
 if __name__ == "__main__":

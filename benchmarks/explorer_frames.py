@@ -1,24 +1,21 @@
 """How many frames a second the explorer draws while its dot is dragged.
 
 python -m benchmarks.explorer_frames
+
+docs/results/measured/explorer_frames.json keeps what was found.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-import os
 import shutil
 import statistics
 import threading
 from collections import defaultdict
-from pathlib import Path
 from typing import Any
 
 from agents.explorer import make_server
-from agents.files import write_text
-
-OUT = Path(__file__).resolve().parent.parent / "docs" / "results" / "measured"
+from benchmarks.measured import keep
 
 CASES = {
     "desk_one_segment_7_tendons": ((1280, 800), "#robot=default&n=7&mode=hand&c=0,0"),
@@ -72,7 +69,7 @@ def _measured(
     return frames, first, drawn
 
 
-def measure(browser: Any, rounds: int, seconds: float) -> dict[str, float | str]:
+def measure(browser: Any, rounds: int, seconds: float) -> dict[str, Any]:
     """Return the medians over rounds, each of which takes every case in turn."""
     found = defaultdict(list)
     with make_server(0) as server:
@@ -89,10 +86,10 @@ def measure(browser: Any, rounds: int, seconds: float) -> dict[str, float | str]
                     found[f"{case}_{rasteriser}_first_picture_ms"].append(first)
         chosen = _measured(browser, address, (1280, 800), seconds=0.1)[2]
         server.shutdown()
-    card = "a graphics card" if chosen == "webgl" else "no graphics card"
     return {
         **{name: round(statistics.median(values), 1) for name, values in found.items()},
-        "conditions": f"{os.cpu_count()} cores, {card}, Chromium {browser.version} headless",
+        "graphics card": chosen == "webgl",
+        "chromium": browser.version,
     }
 
 
@@ -103,17 +100,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=3.0, help="of dragging, a case and round")
-    parser.add_argument("--out", type=Path, default=OUT / "explorer_frames.json")
     options = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium)
         measured = measure(browser, options.rounds, options.seconds)
         browser.close()
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(measured, indent=1, sort_keys=True) + "\n"
-    write_text(options.out, text)
-    print(text, end="")
+    for name, value in measured.items():
+        print(f"{name}: {value}")
+    keep("explorer_frames", measured)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ from benchmarks import (
     task_pages,
     why_clarke,
 )
+from benchmarks.committed_scores import DOCS
+from benchmarks.validation.common import markdown, read
 
 
 def pages() -> Iterator[tuple[Path, str]]:
@@ -36,6 +38,8 @@ def pages() -> Iterator[tuple[Path, str]]:
         scores = json.loads(path.read_text(encoding="utf-8"))
         yield path.parent / "README.md", policy_cards.card(path.parent, scores)
     yield policy_cards.POLICIES / "README.md", policy_cards.index()
+    table = DOCS / "validation" / "results.csv"
+    yield table.with_suffix(".md"), markdown(read(table))
     for name in prose.PAGES:
         yield ROOT / name, prose.page(name)
 

@@ -54,15 +54,20 @@ def figure(record_property):
     return lambda text: record_property("figure", text)
 
 
-def pytest_terminal_summary(terminalreporter):
-    """Print the figures that tests have recorded."""
-    lines = [
+def figures(terminalreporter):
+    """Return the figures that tests have recorded."""
+    return sorted(
         text
         for report in terminalreporter.getreports("passed")
         if report.when == "call"
         for name, text in report.user_properties
         if name == "figure"
-    ]
+    )
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Print the figures that tests have recorded."""
+    lines = figures(terminalreporter)
     if lines:
         terminalreporter.section("figures")
-        terminalreporter.write_line("\n".join(sorted(lines)))
+        terminalreporter.write_line("\n".join(lines))

@@ -20,7 +20,11 @@ PAGES: dict[str, Callable[[], list[str]]] = {
     "docs/comparison.md": learning.comparison,
     "docs/validation/README.md": physics.validation,
     "docs/robots_and_physics.md": physics.robots,
+    "docs/speed.md": machine.speed,
+    "docs/study.md": machine.study,
+    "docs/reliability.md": machine.reliability,
     "docs/use_with.md": machine.use_with,
+    "docs/explorer.md": machine.explorer,
 }
 """Pages whose prose has measured numbers, and the sentences that hold them."""
 

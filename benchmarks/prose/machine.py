@@ -31,6 +31,8 @@ def speed() -> list[str]:
     whole, ends = (
         _slash([run[key] for run in runs]) for key in ("over_sb3", "over_sb3_evaluated_at_its_ends")
     )
+    parts = [sum(run["shares"].values()) for run in runs]
+    within = _slash([1.0 / (1.0 - part) for part in parts])
     vector = ours["vector_step_us"]["clarke n=7"] / ours["batch"]
     steps = [value for name, value in scalar.items() if name != "reacher"]
     seconds = {name: clone[f"make {name}"] for name in ("install", "compare", "test", "docs")}
@@ -43,12 +45,14 @@ def speed() -> list[str]:
         f"batch 64, all profiles and segments | «{span(batches)}» |",
         f"with 1, 2, 3 segments | {single[0]} / {single[1]} |",
         f"`reach_clarke.yaml` / quick.yaml, raw / Clarke | «{whole}» |",
+        f"evaluations, diagnostics and checkpoints timed inside these runs | «{within}» |",
         f"evaluated at a run's ends alone | «{ends}» |",
         f"one worker over two | «{number(engine['one_worker_over_two'])}» |",
+        f"what the machine itself allowed | «{span(engine['plain_processes'])}» |",
         f"A scalar step costs «{min(steps):.0f} to {max(steps):.0f}» microseconds",
         f"which needs «{number(vector)}» microseconds a step and environment",
         f"| `make install` | «{seconds['install']}» |",
-        f"| `make compare` | «{seconds['compare']}» |",
+        f"| `make compare`, the environment being there | «{seconds['compare']}» |",
         f"| `make test`: «{clone['tests']:,}» tests | «{seconds['test']}» |",
         f"builds and tests the site | «{seconds['docs']}» |",
     ]
@@ -147,4 +151,13 @@ def use_with() -> list[str]:
 
 def explorer() -> list[str]:
     """Return the sentences of docs/explorer.md."""
-    return []
+    told, said = measured("explorer_frames"), []
+    for shown, case in (
+        ("desk, one segment of 7 tendons", "desk_one_segment_7_tendons"),
+        ("desk, three segments of 32", "desk_three_segments_32_tendons"),
+        ("phone, one segment of 7", "phone_one_segment_7_tendons"),
+    ):
+        frames = [told[f"{case}_{kind}_frames_per_s"] for kind in ("canvas", "webgl")]
+        first = told[f"{case}_canvas_first_picture_ms"] / 1e3
+        said.append(f"| {shown} | «{frames[0]:.0f}» | «{frames[1]:.0f}» | «{first:.1f}» s |")
+    return said

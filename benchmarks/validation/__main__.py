@@ -8,7 +8,7 @@ import importlib
 import time
 from pathlib import Path
 
-from benchmarks.validation.common import Row, Skipped
+from benchmarks.validation.common import Skipped, markdown, read
 
 PARTS = {
     "bend": "displacement to bending angle",
@@ -23,38 +23,6 @@ PARTS = {
 }
 
 
-def _table(rows: list[Row]) -> str:
-    lines = [
-        "| part | case | conditions | value | bar | |",
-        "| --- | --- | --- | ---: | ---: | --- |",
-    ]
-    for row in rows:
-        bar = "" if row.bar is None else f"{row.bar:g}"
-        lines.append(
-            f"| {row.part} | {row.case} | {row.conditions} | {row.value:.4g} {row.unit} "
-            f"| {bar} | {row.verdict} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def _earlier(path: Path) -> list[Row]:
-    """Return the rows of an earlier table."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return [
-            Row(
-                r["part"],
-                r["case"],
-                r["conditions"],
-                float(r["value"]),
-                r["unit"],
-                float(r["bar"]) if r["bar"] else None,
-            )
-            for r in csv.DictReader(file)
-        ]
-
-
 def main() -> None:
     """Run the chosen parts, and write the table of all beside the figures."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__)
@@ -63,7 +31,7 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     table = options.out / "results.csv"
-    found = {name: [row for row in _earlier(table) if row.part == name] for name in PARTS}
+    found = {name: [row for row in read(table) if row.part == name] for name in PARTS}
     for name in options.only or PARTS:
         start = time.perf_counter()
         try:
@@ -73,8 +41,8 @@ def main() -> None:
             continue
         print(f"{name}: {PARTS[name]}, {time.perf_counter() - start:.0f} s")
     rows = [row for name in PARTS for row in found[name]]
-    print(_table([row for row in rows if row.part in (options.only or PARTS)]))
-    (options.out / "results.md").write_text(_table(rows))
+    print(markdown([row for row in rows if row.part in (options.only or PARTS)]))
+    (options.out / "results.md").write_text(markdown(rows))
     with table.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["part", "case", "conditions", "value", "unit", "bar", "verdict"])

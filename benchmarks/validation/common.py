@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,3 +46,36 @@ def save(figure: Figure, out: Path, name: str) -> None:
     """Write a figure as PNG."""
     figure.tight_layout()
     figure.savefig(out / f"{name}.png", dpi=120)
+
+
+def markdown(rows: list[Row]) -> str:
+    """Return rows as a table in Markdown."""
+    lines = [
+        "| part | case | conditions | value | bar | |",
+        "| --- | --- | --- | ---: | ---: | --- |",
+    ]
+    for row in rows:
+        bar = "" if row.bar is None else f"{row.bar:g}"
+        lines.append(
+            f"| {row.part} | {row.case} | {row.conditions} | {row.value:.4g} {row.unit} "
+            f"| {bar} | {row.verdict} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def read(path: Path) -> list[Row]:
+    """Return the rows of an earlier table, none where there is none."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return [
+            Row(
+                r["part"],
+                r["case"],
+                r["conditions"],
+                float(r["value"]),
+                r["unit"],
+                float(r["bar"]) if r["bar"] else None,
+            )
+            for r in csv.DictReader(file)
+        ]

@@ -38,12 +38,14 @@ RUNS = {
 }
 """The replay buffers are so small that they are overwritten."""
 
+# Two environments at half an update each: updates come whole.
+_TWICE = _OFF_POLICY | {"updates_per_env_step": 0.5}
 _GOAL = _SHORT | {"kwargs": _SHORT["kwargs"] | {"goal_env": True}}
 ON_MUJOCO = {
     "ppo_short_mujoco": RUNS["ppo"] | {"env": _SHORT, "algo": _PPO | {"n_steps": 64}},
-    "sac_mujoco": RUNS["sac"] | {"env": _SHORT},
+    "sac_mujoco": _BASE | {"algo": {"name": "sac", **_TWICE}, "env": _SHORT},
     "sac_her_mujoco": RUNS["sac_her"] | {"env": _GOAL},
-    "td3_mujoco": RUNS["td3"] | {"env": _SHORT},
+    "td3_mujoco": _BASE | {"algo": {"name": "td3", **_TWICE}, "env": _SHORT},
     "td3_her_mujoco": RUNS["td3_her"] | {"env": _GOAL},
 }
 """Episodes so short that a run takes seconds, and can be killed often."""
