@@ -1,6 +1,6 @@
 """What the engine costs over Stable-Baselines3 alone, and what a second worker gains.
 
-python -m benchmarks.engine_cost [--rounds 5]
+python -m benchmarks.engine_cost [--rounds 9]
 
 Runs by `train` (logging, diagnostics, evaluations, checkpoints) beside SB3's own `learn` with the
 same model and environment, in turn; CPU time of the process, median of the ratios, for two runs of

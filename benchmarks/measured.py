@@ -8,10 +8,9 @@ import platform
 from functools import cache
 from typing import Any
 
-from agents.files import write_text
-from benchmarks.committed_scores import DOCS
+from agents.files import ROOT, write_text
 
-FOLDER = DOCS / "results" / "measured"
+FOLDER = ROOT / "docs" / "results" / "measured"
 
 
 def keep(name: str, values: dict[str, Any]) -> None:

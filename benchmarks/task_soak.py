@@ -241,7 +241,7 @@ half a second without motion; MuJoCo alone, as constant curvature goes through b
 _COSTS = """What a step costs, {physics}
 
 Over Reach with the same robot and batch; then `harsh` over `none`. Medians of three ratios of CPU
-times, measured side by side.
+times, measured side by side; the rows of Reach over itself show how far they scatter.
 
 | task | batch | over Reach | harsh over none |
 |---|---|---|---|

@@ -8,9 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import pages
-from benchmarks.prose.sentences import filled, uncovered
-
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = DOCS / "clarke_in_ten_minutes.md"
 
@@ -34,11 +31,15 @@ def test_every_picture_of_the_page_exists_and_every_picture_is_used():
 
 
 def test_every_page_is_what_code_and_results_say():
+    from benchmarks import pages
+
     for path, text in pages.pages():
         assert path.read_text() == text, f"{path}: python -m benchmarks.pages writes it again"
 
 
 def test_a_number_in_prose_that_differs_from_its_file_is_seen_and_mended():
+    from benchmarks.prose.sentences import filled, uncovered
+
     sentence = "needs «2.07 [1.90, 2.25]» times the steps of «11» tendons"
     page = "Raw needs 2.05 [1.90,\n2.25] times the steps\nof 11 tendons."
     mended = "Raw needs 2.07 [1.90, 2.25] times the steps\nof 11 tendons."

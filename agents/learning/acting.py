@@ -57,10 +57,8 @@ def load_agent(folder: Path, config: TrainConfig, agent: str, env: Any) -> Agent
         return make_controller(agent, env)
     if agent == "random":
         return RandomAgent(int(np.prod(env.single_action_space.shape)))
-    from agents.learning.policies import (
-        PolicyAgent,
-        load_policy,
-    )  # they load torch, which nobody else needs
+    # They load torch, which nobody else needs.
+    from agents.learning.policies import PolicyAgent, load_policy
 
     return PolicyAgent(load_policy(folder, config))
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 import re
 
+from agents.learning.algorithms import ALGORITHMS
 from agents.reporting.wording import number
+from benchmarks.committed_scores import DOCS
 from benchmarks.measured import measured
 from benchmarks.prose.physics import SPEED
 from benchmarks.prose.sources import rows, span
+
+SETTINGS = {"reach_her": "SAC, hindsight", "pose_her": "SAC, hindsight, sparse reward"}
+"""What shipped runs are that are not PPO's."""
 
 
 def _slash(values: list[float], digits: int = 2) -> str:
@@ -35,7 +41,6 @@ def speed() -> list[str]:
     within = _slash([1.0 / (1.0 - part) for part in parts])
     vector = ours["vector_step_us"]["clarke n=7"] / ours["batch"]
     steps = [value for name, value in scalar.items() if name != "reacher"]
-    seconds = {name: clone[f"make {name}"] for name in ("install", "compare", "test", "docs")}
     return [
         f"raw n = 3 / raw n = 7 / Clarke n = 7 | «{_slash(one)}» |",
         f"vector entry point | «{number(ratios['vector Clarke over CartPole-v1'])}» |",
@@ -51,10 +56,10 @@ def speed() -> list[str]:
         f"what the machine itself allowed | «{span(engine['plain_processes'])}» |",
         f"A scalar step costs «{min(steps):.0f} to {max(steps):.0f}» microseconds",
         f"which needs «{number(vector)}» microseconds a step and environment",
-        f"| `make install` | «{seconds['install']}» |",
-        f"| `make compare`, the environment being there | «{seconds['compare']}» |",
-        f"| `make test`: «{clone['tests']:,}» tests | «{seconds['test']}» |",
-        f"builds and tests the site | «{seconds['docs']}» |",
+        f"| `make install` | «{clone['make install']}» |",
+        f"checks, the wheel and «{clone['tests']:,}» tests | «{clone['bash .ci/run']}» |",
+        f"| `make compare`, the environment being there | «{clone['make compare']}» |",
+        f"builds and tests the site | «{clone['make docs']}» |",
     ]
 
 
@@ -75,6 +80,26 @@ def _found(pattern: str) -> list[tuple[str, ...]]:
 
 def _total(found: list[tuple[str, ...]], k: int) -> int:
     return sum(int(groups[k]) for groups in found)
+
+
+def _curves() -> list[str]:
+    """Return the rows of the table of shipped runs."""
+    said = []
+    for path in sorted((DOCS / "curves").glob("*.csv")):
+        name, shipped = path.stem, path.stem not in ALGORITHMS
+        row = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+        there = [int(r["env_steps"]) for r in row if float(r["success_rate"]) >= 0.9]
+        last = row[-1]
+        cells = [
+            f"`{name}` ({SETTINGS.get(name, 'PPO')})" if shipped else f"`algo: {name}`",
+            f"«{int(last['env_steps']):,}»",
+            f"«{float(last['success_rate']):.2f}»",
+            f"«{there[0]:,}»" if there else "not reached",
+            f"«{float(last['wall_s']):,.0f}» s",
+            f"«{float(last['cpu_s']):,.0f}» s",
+        ]
+        said.append(f"| {' | '.join(cells)} |")
+    return said
 
 
 def reliability() -> list[str]:
@@ -107,6 +132,7 @@ def reliability() -> list[str]:
         f"«{drawn[0][0]}» times drawn and forgotten: scalar, batch | grown by "
         f"«{span([float(d[1]) for d in drawn], 1)}» MB",
         f"the spacing of `configs/train/reach_clarke.yaml` take «{number(share, 1)}» % of its",
+        *_curves(),
     ]
 
 

@@ -8,6 +8,7 @@ from functools import cache
 from agents.reporting.bootstrap import NO_INTERVAL, Interval
 from agents.reporting.wording import number, with_interval
 from benchmarks.committed_scores import DOCS
+from benchmarks.validation.common import Row, read
 
 
 @cache
@@ -51,20 +52,19 @@ def count(study: str, task: str, representation: str, column: str) -> int:
 
 
 @cache
-def _validation() -> dict[tuple[str, str, str, str], float]:
-    with (DOCS / "validation" / "results.csv").open(encoding="utf-8", newline="") as file:
-        return {
-            (row["part"], row["case"], row["conditions"], row["unit"]): float(row["value"])
-            for row in csv.DictReader(file)
-        }
+def _validation() -> list[Row]:
+    return read(DOCS / "validation" / "results.csv")
 
 
 def validated(part: str, case: str, conditions: str = "", unit: str = "") -> list[float]:
     """Return the values of a part of the validation whose case and conditions start so."""
     found = [
-        value
-        for (p, c, what, u), value in _validation().items()
-        if p == part and c.startswith(case) and what.startswith(conditions) and unit in ("", u)
+        row.value
+        for row in _validation()
+        if row.part == part
+        and row.case.startswith(case)
+        and row.conditions.startswith(conditions)
+        and unit in ("", row.unit)
     ]
     if not found:
         raise KeyError(f"no row of the validation is {part}, {case}, {conditions}")

@@ -199,8 +199,14 @@ def check_finite(given: Any) -> None:
     ------
     ValueError
     """
-    length = math.hypot(*given) if isinstance(given, list) else math.sqrt(np.vdot(given, given))
-    if not math.isfinite(length * length):
+    if isinstance(given, list):
+        square_sum(given)
+    else:
+        _refuse_infinite(np.vdot(given, given), given)
+
+
+def _refuse_infinite(square: float, given: Any) -> None:
+    if not math.isfinite(square):
         raise ValueError(not_finite(np.asarray(given)))
 
 
@@ -212,11 +218,14 @@ def square_sum(given: Any) -> Number:
     ValueError
         If a number is not finite, or so large that its square is not.
     """
-    check_finite(given)
     if isinstance(given, list):
         length = math.hypot(*given)
-        return length * length
-    return np.vecdot(given, given)
+        size: Any = length * length
+        _refuse_infinite(size, given)
+    else:
+        size = np.vecdot(given, given)
+        _refuse_infinite(size.sum(), given)
+    return size
 
 
 def largest_magnitude(off: Any) -> Number:

@@ -1,16 +1,11 @@
 """Every example runs as a reader would run it, and those that learn have learned."""
 
 import importlib.util
-import os
-import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-
+from agents.files import ROOT
+from benchmarks.use_with import REACHED, run
 
 NEEDS = {
     "with_sb3_sac_her": ["stable_baselines3"],
@@ -27,16 +22,9 @@ def test_examples_run(path, tmp_path):
     for library in NEEDS.get(path.stem, []):
         if importlib.util.find_spec(library) is None:
             pytest.skip(f"{library} is missing: pip install {library}")
-    done = subprocess.run(
-        [sys.executable, str(path)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run(path, tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert done.stderr == ""
-    for reached in re.findall(r"(\d\.\d\d) of the goals", done.stdout):
+    for reached in REACHED.findall(done.stdout):
         assert float(reached) >= 0.6, done.stdout
