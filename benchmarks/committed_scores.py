@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -42,11 +42,12 @@ def committed(study: str) -> Study:
 
 
 @cache
-def runs(study: str) -> dict[tuple[str, str], Runs]:
-    """Return the scores of a committed study by (task, arm)."""
+def runs(study: str, since: int = 0) -> dict[tuple[str, str], Runs]:
+    """Return the scores of a committed study by (task, arm), of its seeds from `since` on."""
     loaded = committed(study)
     found = {}
-    for arm in loaded.arms:
+    for whole in loaded.arms:
+        arm = replace(whole, runs=tuple(run for run in whole.runs if run.seed >= since))
         if not arm.done:
             continue
         success = loaded.success(arm)

@@ -1,13 +1,12 @@
-"""What the engine costs over Stable-Baselines3 alone, and what a second worker gains.
+"""What the engine costs over Stable-Baselines3 alone.
 
-python -m benchmarks.engine_cost [--rounds 9]
+python -m benchmarks.engine_cost [--rounds 5]
 
-Runs by `train` (logging, diagnostics, evaluations, checkpoints) beside SB3's own `learn` with the
-same model and environment, in turn; CPU time of the process, median of the ratios, for two runs of
-quick.yaml and for reach_clarke.yaml, cut short, so that a drift of the machine meets both alike;
-the same with evaluations at a run's ends alone. In the runs by `train` the parts are timed, each
-without the parts within it. Then four runs of quick.yaml by one worker and by two,
-beside processes that only compute. docs/results/measured/engine_cost.json keeps what was found.
+Whole runs as they are shipped, two of quick.yaml and reach_clarke.yaml, in CPU time of the process.
+Each is told in two ways. *Within*: `train` over the time that SB3's `learn` takes inside that same
+run, without what the engine does in its callbacks; a machine whose speed drifts changes both alike.
+*Beside*: `train` over `learn` alone with the same model and environment, run in turn, median of the
+ratios; it scatters with the machine. docs/results/measured/engine_cost.json keeps what was found.
 """
 
 from __future__ import annotations
@@ -17,8 +16,6 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import argparse
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -27,29 +24,30 @@ from statistics import median
 from typing import Any
 
 import torch
+from stable_baselines3 import PPO
 
 from agents.files import ROOT
+from agents.learning import training
 from agents.learning.checkpoint import Checkpoints
 from agents.learning.config import TrainConfig, load_config
 from agents.learning.diagnostics import Diagnostics
 from agents.learning.evaluation import HeldOutEvaluation
 from agents.learning.models import make_model, make_training_env
-from agents.learning.training import train
 from agents.studies.config import StudyConfig
-from agents.studies.executors import run_pool
 from benchmarks.measured import keep
 
-STEPS = 20_480
-"""Environment steps of the runs that are compared."""
-
 PARTS = (
+    (PPO, "learn", "learn"),
+    (training.Recorder, "_on_step", "callbacks"),
+    (training.Recorder, "_on_rollout_start", "callbacks"),
+    (training.Recorder, "_on_rollout_end", "callbacks"),
     (Diagnostics, "after_step", "diagnostics"),
     (Diagnostics, "after_rollout", "diagnostics"),
     (Diagnostics, "after_update", "diagnostics"),
     (HeldOutEvaluation, "run", "evaluations"),
     (Checkpoints, "save", "checkpoints"),
 )
-"""Methods that are the engine's, and what they are part of."""
+"""Methods, and what they are part of: SB3's own loop, and what the engine does inside it."""
 
 
 class _Clock:
@@ -92,47 +90,25 @@ def _alone(config: TrainConfig) -> None:
 
 def _whole(config: TrainConfig) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        train(config, Path(folder))
-
-
-def _wall_s(runs: list[TrainConfig], workers: int) -> float:
-    begin = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        jobs = [(run, Path(folder) / str(i)) for i, run in enumerate(runs)]
-        ends = list(run_pool(jobs, workers, lambda _: None))
-    assert all(end.outcome == "done" for end in ends), ends
-    return time.perf_counter() - begin
-
-
-def _plain_s(count: int) -> float:
-    """Return how long some processes take that only compute: what the machine itself allows."""
-    code = "import numpy as np; a = np.ones((64, 64)); [np.tanh(a @ a.T) for _ in range(150_000)]"
-    begin = time.perf_counter()
-    running = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(count)]
-    for process in running:
-        process.wait()
-    return time.perf_counter() - begin
+        training.train(config, Path(folder))
 
 
 def _costs(run: TrainConfig, rounds: int, clock: _Clock) -> dict[str, Any]:
     """Return the ratios of one run, and the shares of the engine's parts in it."""
-    run = run.model_copy(update={"total_steps": STEPS})
-    sparse = run.evaluation.model_copy(update={"every_steps": STEPS})
-    seldom = run.model_copy(update={"evaluation": sparse})
-    _alone(run)
-    ratios, shares = [], []
+    beside, within, shares = [], [], []
     for _ in range(rounds):
         alone = _cpu_s(_alone, run)
         clock.seconds.clear()
         whole = _cpu_s(_whole, run)
-        shares.append({part: spent / whole for part, spent in clock.seconds.items()})
-        ratios.append((whole / alone, _cpu_s(_whole, seldom) / alone))
-    every, ends = (median(values) for values in zip(*ratios, strict=True))
+        spent = dict(clock.seconds)
+        beside.append(whole / alone)
+        within.append(whole / spent.pop("learn"))
+        shares.append({part: seconds / whole for part, seconds in spent.items()})
     return {
         "environment_steps": run.total_steps,
         "evaluated_every": run.evaluation.every_steps,
-        "over_sb3": round(every, 3),
-        "over_sb3_evaluated_at_its_ends": round(ends, 3),
+        "within": round(median(within), 3),
+        "beside": [round(ratio, 3) for ratio in sorted(beside)],
         "shares": {part: round(median(s[part] for s in shares), 4) for part in shares[0]},
     }
 
@@ -140,7 +116,7 @@ def _costs(run: TrainConfig, rounds: int, clock: _Clock) -> dict[str, Any]:
 def main() -> None:
     """Measure, print and keep the ratios."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engine_cost")
-    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
     torch.set_num_threads(1)
     clock = _Clock()
@@ -156,12 +132,6 @@ def main() -> None:
             print(name, found[name], flush=True)
     found["reach_clarke"] = _costs(shipped, options.rounds, clock)
     print("reach_clarke", found["reach_clarke"], flush=True)
-    runs = study.runs()[:4]
-    rounds = max(1, options.rounds // 4)
-    gains = [_wall_s(runs, 1) / _wall_s(runs, 2) for _ in range(rounds)]
-    found["one_worker_over_two"] = round(median(gains), 2)
-    found["plain_processes"] = [round(2 * _plain_s(1) / _plain_s(2), 2) for _ in range(rounds)]
-    print(f"{len(runs)} runs: one worker takes {median(gains):.2f} times as long as two")
     keep("engine_cost", found)
 
 

@@ -11,6 +11,7 @@ import os
 
 os.environ["OMP_NUM_THREADS"] = "1"
 
+import itertools
 from typing import Any
 
 import gymnasium as gym
@@ -57,6 +58,54 @@ def scalar(env_id: str, **keywords: Any) -> Workload:
     return step
 
 
+STAGES = ("limits", "physics", "task", "sensors", "rest")
+"""What a step passes through: an action becomes a command, the robot moves, the task evaluates it
+and tells `info`, sensors observe; the rest is the environment's own and Gymnasium's."""
+
+
+def stages(env: Any) -> dict[str, Workload]:
+    """Return steps of an environment that end after the first stage, after the second, and so on.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+        As `gymnasium.make` returns it.
+    """
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    action, core = env.action_space.sample(), env.unwrapped._core  # a stopwatch has to look inside
+
+    def limits() -> None:
+        core._command = core.limits.apply(core.actions.read(action), core._command)
+
+    def physics() -> None:
+        limits()
+        core.physics.step(core._command)
+        assert core.physics.state is not None
+
+    def task() -> None:
+        physics()
+        core.evaluate()
+
+    def sensors() -> None:
+        task()
+        core.observe()
+
+    def whole() -> None:
+        core.episode.steps[:] = 1  # no episode ends
+        env.step(action)
+
+    return dict(zip(STAGES, [limits, physics, task, sensors, whole], strict=True))
+
+
+def shares(env: Any, calls: int) -> dict[str, float]:
+    """Return which share of a step each stage takes."""
+    spent = seconds_per_call(stages(env), rounds=25, calls=calls)
+    ends = [0.0, *spent.values()]
+    parts = [max(0.0, b - a) for a, b in itertools.pairwise(ends)]
+    return {name: round(part / sum(parts), 3) for name, part in zip(STAGES, parts, strict=True)}
+
+
 def main() -> None:
     """Print every ratio with its bar."""
     steps: dict[str, Workload] = {
@@ -98,6 +147,21 @@ def main() -> None:
     print("speed ratios (bar)")
     for name, (ratio, bar) in rows.items():
         print(f"  {name:36s} {ratio:6.2f}   {bar}")
+    where = {
+        "scalar, Clarke n = 7": shares(gym.make(ID, n_tendons=7, representation="clarke"), 400),
+        "scalar, raw n = 7": shares(gym.make(ID, n_tendons=7), 400),
+    }
+    for name, keywords in (
+        ("Clarke n = 7", {"n_tendons": 7, "representation": "clarke"}),
+        ("raw n = 3", {"n_tendons": 3}),
+        ("raw n = 32", {"n_tendons": 32}),
+    ):
+        mode = "vector_entry_point"
+        envs = gym.make_vec(ID, num_envs=BATCH, vectorization_mode=mode, **keywords)
+        where[f"batch of {BATCH}, {name}"] = shares(envs, 20)
+    print("where a step's time goes")
+    for name, parts in where.items():
+        print(f"  {name:28s}", parts)
     keep(
         "env_speed",
         {
@@ -105,6 +169,7 @@ def main() -> None:
             "vector_step_us": {name: round(1e6 * value, 1) for name, value in t.items()},
             "scalar_step_us": {name: round(1e6 * value, 2) for name, value in s.items()},
             "batch": BATCH,
+            "shares": where,
         },
     )
 

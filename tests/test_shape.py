@@ -100,7 +100,7 @@ def files_of_a_step(**keywords):
     return sorted(files)
 
 
-@pytest.mark.parametrize(("physics", "most"), [("constant_curvature", 21), ("mujoco", 24)])
+@pytest.mark.parametrize(("physics", "most"), [("constant_curvature", 20), ("mujoco", 23)])
 def test_a_step_in_clarke_coordinates_passes_through_few_files(physics, most):
     files = files_of_a_step(physics=physics, n_tendons=7)
     assert len(files) <= most, files

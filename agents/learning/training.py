@@ -50,7 +50,7 @@ class LearningFailure(RuntimeError):
     """The policy is no longer finite: a result of the run, unlike a fault of the machine."""
 
 
-class _Recorder(BaseCallback):
+class Recorder(BaseCallback):
     """Evaluates, diagnoses and checkpoints between rollouts, on a fixed grid of steps."""
 
     def __init__(
@@ -270,7 +270,7 @@ def train(
         if model.num_timesteps:
             hook(model.num_timesteps)
         model.set_logger(configure(str(folder / LOGS), ["tensorboard"]))
-        recorder = _Recorder(config, folder, vec_env, checkpoints, progress, hook)
+        recorder = Recorder(config, folder, vec_env, checkpoints, progress, hook)
         try:
             _learn(config, model, vec_env, recorder)
         except LearningFailure:
@@ -294,7 +294,7 @@ def _make(config: TrainConfig) -> tuple[BaseAlgorithm, Sb3VecEnv]:
 
 
 def _learn(
-    config: TrainConfig, model: BaseAlgorithm, vec_env: Sb3VecEnv, recorder: _Recorder
+    config: TrainConfig, model: BaseAlgorithm, vec_env: Sb3VecEnv, recorder: Recorder
 ) -> None:
     """Train to the end and leave a checkpoint there, from which a longer run can go on."""
     recorder.init_callback(model)

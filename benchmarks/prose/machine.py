@@ -23,6 +23,7 @@ def _slash(values: list[float], digits: int = 2) -> str:
 def speed() -> list[str]:
     """Return the sentences of docs/speed.md."""
     ours, engine, clone = (measured(name) for name in ("env_speed", "engine_cost", "fresh_clone"))
+    second = measured("worker_gain")
     ratios, scalar = ours["ratios"], ours["scalar_step_us"]
     one = [ratios[f"scalar {who} over Reacher-v5"] for who in ("raw n = 3", "raw n = 7", "Clarke")]
     overhead = [r for r in rows(SPEED) if r.get("profile") in ("fast", "accurate")]
@@ -34,13 +35,11 @@ def speed() -> list[str]:
         for profile in ("accurate", "fast")
     ]
     runs = [engine[name] for name in ("reach_clarke", "quick, raw", "quick, clarke")]
-    whole, ends = (
-        _slash([run[key] for run in runs]) for key in ("over_sb3", "over_sb3_evaluated_at_its_ends")
-    )
-    parts = [sum(run["shares"].values()) for run in runs]
-    within = _slash([1.0 / (1.0 - part) for part in parts])
+    within = _slash([run["within"] for run in runs])
+    beside = [ratio for run in runs for ratio in run["beside"]]
     vector = ours["vector_step_us"]["clarke n=7"] / ours["batch"]
     steps = [value for name, value in scalar.items() if name != "reacher"]
+    plain = sum(ours["shares"]["scalar, Clarke n = 7"][stage] for stage in ("task", "sensors"))
     return [
         f"raw n = 3 / raw n = 7 / Clarke n = 7 | «{_slash(one)}» |",
         f"vector entry point | «{number(ratios['vector Clarke over CartPole-v1'])}» |",
@@ -49,12 +48,17 @@ def speed() -> list[str]:
         f"ten times as wide | «{number(ratios['cost raw n = 32 over 3'], 1)}» |",
         f"batch 64, all profiles and segments | «{span(batches)}» |",
         f"with 1, 2, 3 segments | {single[0]} / {single[1]} |",
-        f"`reach_clarke.yaml` / quick.yaml, raw / Clarke | «{whole}» |",
-        f"evaluations, diagnostics and checkpoints timed inside these runs | «{within}» |",
-        f"evaluated at a run's ends alone | «{ends}» |",
-        f"one worker over two | «{number(engine['one_worker_over_two'])}» |",
-        f"what the machine itself allowed | «{span(engine['plain_processes'])}» |",
+        f"`reach_clarke.yaml` / quick.yaml, raw / Clarke | «{within}» |",
+        f"beside runs of `learn` alone, in turn, single pairs | «{span(beside)}» |",
+        f"one worker over two | «{span(second['workers'])}» |",
+        f"what the machine itself gains | «{span(second['processes'])}» |",
+        *(
+            f"| {step} | {' | '.join(f'«{100 * share:.0f}»' for share in parts.values())} |"
+            for step, parts in ours["shares"].items()
+        ),
         f"A scalar step costs «{min(steps):.0f} to {max(steps):.0f}» microseconds",
+        f"and take «{100 * plain:.0f}» % of a Clarke step",
+        f"it would be «{number(one[-1] / (1.0 - plain))}» times as fast as Reacher's",
         f"which needs «{number(vector)}» microseconds a step and environment",
         f"| `make install` | «{clone['make install']}» |",
         f"checks, the wheel and «{clone['tests']:,}» tests | «{clone['bash .ci/run']}» |",

@@ -136,7 +136,8 @@ class Episode:
         generator, actual = seeding.np_random(seed)
         self.generators[index] = generator
         self.seeds[index] = int(actual)
-        self._disturbing[index] = np.random.default_rng([int(actual), _DISTURBED])
+        if self.disturbed.shape[1]:  # to make a generator takes as long as to draw an episode
+            self._disturbing[index] = np.random.default_rng([int(actual), _DISTURBED])
         self._used[index] = self._block
 
     def advance(self) -> None:

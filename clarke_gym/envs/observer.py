@@ -162,7 +162,8 @@ class Observer:
 
     def write(self, state: RobotState, goal: FloatArray) -> NDArray[np.float32]:
         """Return observations as a new array, shape (B, width)."""
-        rows = np.empty((self._batch.size, self.width), np.float32)
+        # Columns are long where rows are short, and NumPy writes long runs faster.
+        rows = np.empty((self.width, self._batch.size), np.float32).T
         if self._encoder is not None:
             vectors = [self._vector(sensor, state) for sensor in self._joint]
             self._encoder.write(vectors, rows[:, : self._start])
@@ -173,7 +174,7 @@ class Observer:
                 scale = sensor.scale
                 told = self._sensed(sensor.name, scale, sensor.read(state, goal)) / scale
                 rows[:, place] = np.minimum(np.maximum(told, -sensor.bound), sensor.bound)
-        return rows
+        return np.ascontiguousarray(rows)
 
     def _vector(self, sensor: JointSensor, state: RobotState) -> JointVector:
         """Return what a sensor in joint space tells, split by the projector."""
