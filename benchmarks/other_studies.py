@@ -23,6 +23,9 @@ from benchmarks.committed_scores import (
     steps_over,
 )
 
+REPLICATED_FROM = 495
+"""First seed of MuJoCo's study that was added when its pilot was known."""
+
 TRIALS = DOCS / "results" / "tuned" / "tuning.csv"
 
 
@@ -88,14 +91,41 @@ def tuning_table() -> str:
 # --- MuJoCo and two segments ------------------------------------------------------------------
 
 
+def adjusted(scores: dict[tuple[str, str], Runs], baseline: str) -> dict[tuple[str, str], float]:
+    """Return the adjusted p of every arm against the one that it is compared with on its task."""
+    others = [key for key in scores if key[1] != baseline]
+    values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
+    return dict(zip(others, map(float, holm(values)), strict=True))
+
+
+def replication_words() -> dict[str, str]:
+    """Return what the seeds of MuJoCo's study say alone that were added to replicate its pilot."""
+    fresh = runs("repair_mujoco", REPLICATED_FROM)
+    scores = {key: found for key, found in fresh.items() if len(found.auc) > 1}
+    p = adjusted(scores, "raw")
+    said: dict[bool, list[str]] = {True: [], False: []}
+    for (task, arm), value in p.items():
+        gap = _gap(scores[task, arm], scores[task, "raw"])
+        said[value < 0.05].append(
+            f"`{arm}` at a cap of {task.removeprefix('cap ')} ({gap}, p {p_text(value)})"
+        )
+    return {
+        "mujoco_more": seeds(fresh.values()),
+        "mujoco_replicated": _listed(said[True]),
+        "mujoco_not_replicated": _listed(said[False]),
+    }
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names) or "none"
+
+
 def arms_rows(
     study: str, baseline: str, names: dict[str, str], in_mm: bool = True
 ) -> list[list[str]]:
     """Return a head, and every arm against the one that it is compared with on its task."""
     scores = runs(study)
-    others = [key for key in scores if key[1] != baseline]
-    values = [welch_p(scores[k].auc, scores[k[0], baseline].auc) for k in others]
-    p = dict(zip(others, map(float, holm(values)), strict=True))
+    p = adjusted(scores, baseline)
     several = len({task for task, _ in scores}) > 1
     rows = [["arm", "AUC", f"minus {baseline}", "p (Holm)", "steps ratio", "last five"]]
     rows[0] += ["error, mm"] * in_mm
@@ -241,6 +271,7 @@ def other_words() -> dict[str, str]:
     for arm in ("projected", "repaired", "clarke"):
         found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
     found |= off_policy_words() | suite_words() | further_words() | slack_words()
+    found |= replication_words()
     clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")

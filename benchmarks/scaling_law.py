@@ -12,6 +12,9 @@ from agents.reporting.statistics import iqm
 from agents.reporting.wording import number, with_interval
 from benchmarks.committed_scores import plain_table, registered, runs, seeds
 
+REPLICATED_FROM = 475
+"""First seed that was added when the pilot was known."""
+
 FITTED, HELD_OUT = (3, 6, 11, 32, 64), 24
 
 
@@ -114,6 +117,7 @@ def scaling_words() -> dict[str, str]:
     law, fits = best_law(), {entry.name: entry for entry in laws()}
     return {
         "scaling_seeds": seeds(runs("scaling").values()),
+        "scaling_more": seeds(runs("scaling", REPLICATED_FROM).values()),
         "scaling_registered": registered("scaling"),
         "scaling_table": scaling_table(),
         "power": with_interval(fits["power"].parameter),

@@ -10,7 +10,7 @@ from agents.reporting.bootstrap import Array, bootstrap
 from agents.reporting.small_samples import mean_difference_t
 from agents.reporting.wording import number, with_interval
 from benchmarks.committed_reports import ROWS, row
-from benchmarks.committed_scores import DOCS, Runs, committed, runs
+from benchmarks.committed_scores import DOCS, Runs, committed, runs, seeds
 from benchmarks.exploration import PAGE as EXPLORATION
 from benchmarks.mechanism import short_table
 from benchmarks.prose.sources import arm, count, rows, span, text, validated
@@ -86,7 +86,8 @@ def readme() -> list[str]:
     percent = validated("hardware_mujoco", "mean tip error", "fast, no gravity", "% L")[0]
     return [
         f"the more so the more tendons there are: «{_times('n = 11', 'raw')}» times at n = 11",
-        f"raw needs «{raw[0]}», «{raw[1]}» and «{raw[2]}» times Clarke's steps at n = 11, 24",
+        f"Over n («{seeds(runs('scaling').values())}» seeds) raw needs «{raw[0]}», «{raw[1]}» and "
+        f"«{raw[2]}» times Clarke's steps at n = 11, 24",
         f"and a matched gain, stays at «{span(mended)}».",
         *map(_slots, short_table().strip().splitlines()[2:]),
         f"recorded robot («{percent:.1f}» %",
