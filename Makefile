@@ -2,6 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
+TRAIN  := $(VENV)/.installed-to-train
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
@@ -12,14 +13,19 @@ help:  ## list the targets
 
 install: $(STAMP)  ## create .venv and install everything into it
 
-$(STAMP): pyproject.toml constraints.txt
+$(TRAIN): pyproject.toml constraints.txt
 	@echo "==> creating the environment in $(VENV) with $(PYTHON)"
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt "pip>=25.1"  # knows --group
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . --group dev
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . --group train
 	@touch $@
 
-compare: $(STAMP)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 8 minutes)
+$(STAMP): $(TRAIN)
+	@echo "==> adding what tests and checks need"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group dev
+	@touch $@
+
+compare: $(TRAIN)  ## the main job: PPO on raw against Clarke coordinates, n = 3, 7, 11 (about 8 minutes)
 	@echo "==> training raw against Clarke (configs/studies/quick.yaml); stop and start again at will, finished runs are kept"
 	@$(BIN)/python train.py study --config configs/studies/quick.yaml
 	@$(BIN)/python train.py report --study runs/quick
