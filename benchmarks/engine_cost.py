@@ -5,8 +5,8 @@ python -m benchmarks.engine_cost [--rounds 5]
 Whole runs as they are shipped, two of quick.yaml and reach_clarke.yaml, in CPU time of the process.
 Each is told in two ways. *Within*: `train` over the time that SB3's `learn` takes inside that same
 run, without what the engine does in its callbacks; a machine whose speed drifts changes both alike.
-*Beside*: `train` over `learn` alone with the same model and environment, run in turn, median of the
-ratios; it scatters with the machine. docs/results/measured/engine_cost.json keeps what was found.
+*Beside*: `train` over `learn` alone with the same model and environment, run in turn, the ratio of
+every pair; it scatters with the machine. docs/results/measured/engine_cost.json keeps all that.
 """
 
 from __future__ import annotations

@@ -99,7 +99,10 @@ def adjusted(scores: dict[tuple[str, str], Runs], baseline: str) -> dict[tuple[s
 
 
 def replication_words() -> dict[str, str]:
-    """Return what the seeds of MuJoCo's study say alone that were added to replicate its pilot."""
+    """Return what the seeds of MuJoCo's study say alone that were added to replicate its pilot.
+
+    An arm with one of them tests nothing, and is in no family.
+    """
     fresh = runs("repair_mujoco", REPLICATED_FROM)
     scores = {key: found for key, found in fresh.items() if len(found.auc) > 1}
     p = adjusted(scores, "raw")

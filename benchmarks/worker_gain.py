@@ -1,6 +1,6 @@
 """What a second worker of a study gains, beside what the machine gains with a second process.
 
-python -m benchmarks.worker_gain [--rounds 3]
+python -m benchmarks.worker_gain [--rounds 2]
 
 Four runs of quick.yaml by one worker and by two, from their first steps on, and processes that only
 compute, one and two at a time, in turn. docs/results/measured/worker_gain.json keeps the ratios.
