@@ -2,6 +2,7 @@
 
 python -m benchmarks.task_soak
 python -m benchmarks.task_soak --part disturbances
+python -m benchmarks.task_soak --part soak --processes 2 --tasks Hold Wrap
 
 Counts numbers that are not finite, observations outside their space, rewards outside [0, 1] and
 diverged episodes; tells how deep robots get into bodies, in motion and at rest, and what a step
@@ -14,20 +15,31 @@ from __future__ import annotations
 import argparse
 import time
 import warnings
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from tqdm import tqdm
 
 import clarke_gym  # noqa: F401  (registers the environments)
+from benchmarks.measured import FOLDER, keep, measured
+from clarke_gym.physics.base import CLEARANCE_POINTS
 from clarke_gym.physics.mujoco.model import PROFILES
 from clarke_gym.registration import ENVIRONMENTS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "validation" / "task_soak.md"
 BATCH = 64
+STEPS = 1_048_576
+PIECE = 65_536
+"""Steps of a case, and of a piece of it."""
 TOUCH_N = 1e-6
+
+DENSE_POINTS, NEAR_M = 96, 2e-3
+"""Points a segment that tell the true clearance; the looser one is held against it this near."""
 
 DISTURBED = (
     "payload",
@@ -51,22 +63,37 @@ WHOLE = "whole"
 """Profile that simulates all tendons at every step, in the time steps that slack ones need."""
 
 
-def cases() -> list[tuple[str, str, str, str]]:
-    """Return id, physics, preset and representation of every case."""
+def name_of(env_id: str) -> str:
+    """Return a task's name in an id."""
+    return env_id.split("/")[1].removesuffix("-v0")
+
+
+def cases() -> list[tuple[str, str, str, str, int]]:
+    """Return id, physics, preset, representation and steps of every case.
+
+    All steps in the physics that an id has by itself, with Clarke actions; a tenth on MuJoCo for
+    the ids of both, and a 64th where their tendons go slack: the whole model in short time steps.
+    """
     found = []
     for env_id, keywords in ENVIRONMENTS.items():
         if not keywords:
             continue
-        physics = [keywords["physics"]] if "physics" in keywords else None
-        for model in physics or ["constant_curvature", "mujoco"]:
-            for preset in ("none", "harsh"):
-                found.append((env_id, model, preset, "clarke"))
-            found.append((env_id, model, "none", "raw"))
+        own = keywords.get("physics")
+        for model in [own] if own else ["constant_curvature", "mujoco"]:
+            both = model == "mujoco" and own is None
+            found.append((env_id, model, "none", "clarke", STEPS // 10 if both else STEPS))
+            found.append((env_id, model, "harsh", "clarke", STEPS // 64 if both else STEPS))
+            slack = model == "mujoco"
+            found.append((env_id, model, "none", "raw", STEPS // 64 if slack else STEPS))
     return found
 
 
-def soak(env_id: str, physics: str, preset: str, representation: str, steps: int) -> dict[str, Any]:
+def soak(
+    env_id: str, physics: str, preset: str, representation: str, steps: int, seed: int
+) -> dict[str, Any]:
     """Return what went wrong in some random steps, and how deep robots got."""
+    warnings.simplefilter("error")
+    threads: dict[str, Any] = {"threads": 1} if physics == "mujoco" else {}
     envs: Any = gym.make_vec(
         env_id,
         num_envs=BATCH,
@@ -74,10 +101,12 @@ def soak(env_id: str, physics: str, preset: str, representation: str, steps: int
         disturbances=preset,
         representation=representation,
         n_tendons=4,
+        **threads,
     )
-    rng, wrong, diverged, deep, resting = np.random.default_rng(0), 0, 0, 0.0, 0.0
-    envs.reset(seed=0)
-    state = envs.unwrapped.physics
+    rng, wrong, diverged, deep, resting = np.random.default_rng(seed), 0, 0, 0.0, 0.0
+    near, over, most_over = 0, 0.0, 0.0
+    envs.reset(seed=seed * BATCH)
+    simulated = envs.unwrapped.physics
     still = np.zeros(envs.action_space.shape, np.float32)
     for k in range(steps // BATCH):
         rest = k % 25 >= 15  # ten steps without motion, so that a state at rest is seen, too
@@ -87,14 +116,54 @@ def soak(env_id: str, physics: str, preset: str, representation: str, steps: int
         fine = inside and np.isfinite(reward).all() and 0.0 <= reward.min() <= reward.max() <= 1.0
         wrong += not fine
         diverged += int(info["diverged"].sum())
-        if "clearance_m" in info and physics == "mujoco":
-            touching = state.state.contact_force > TOUCH_N
-            depth = np.where(touching, -info["clearance_m"], 0.0)
-            deep = max(deep, float(depth.max()))
-            if k % 25 == 24:
-                resting = max(resting, float(depth.max()))
+        if "clearance_m" in info:
+            gap = simulated.surroundings.clearance(simulated.backbone(DENSE_POINTS))
+            close = np.abs(gap) < NEAR_M
+            if close.any():
+                excess = (simulated.state.clearance - gap)[close]
+                near, over = near + excess.size, over + float(excess.sum())
+                most_over = max(most_over, float(excess.max()))
+            if physics == "mujoco":
+                touching = simulated.state.contact_force > TOUCH_N
+                depth = np.where(touching, -gap, 0.0)
+                deep = max(deep, float(depth.max()))
+                if k % 25 == 24:
+                    resting = max(resting, float(depth.max()))
     envs.close()
-    return {"wrong": wrong, "diverged": diverged, "deep": deep, "resting": resting}
+    return {
+        "id": env_id,
+        "physics": physics,
+        "disturbances": preset,
+        "representation": representation,
+        "seed": seed,
+        "steps": steps // BATCH * BATCH,
+        "wrong": wrong,
+        "diverged": diverged,
+        "deep_m": deep,
+        "resting_m": resting,
+        "near": near,
+        "over_m": over,
+        "most_over_m": most_over,
+    }
+
+
+def of_case(pieces: list[dict[str, Any]], case: tuple[str, str, str, str]) -> list[dict[str, Any]]:
+    """Return the pieces of one case."""
+    keys = ("id", "physics", "disturbances", "representation")
+    return [piece for piece in pieces if tuple(piece[key] for key in keys) == case]
+
+
+def missing(pieces: list[dict[str, Any]], tasks: list[str]) -> Iterator[tuple[Any, ...]]:
+    """Yield the arguments of `soak` for every piece that has yet to run, the slowest first."""
+    slowest_first = sorted(cases(), key=lambda case: (case[1] != "mujoco", case[2] != "harsh"))
+    for env_id, physics, preset, representation, steps in slowest_first:
+        if name_of(env_id) not in tasks:
+            continue
+        case = (env_id, physics, preset, representation)
+        ran = {piece["seed"] for piece in of_case(pieces, case)}
+        for seed, begin in enumerate(range(0, steps, PIECE)):
+            if seed not in ran:
+                yield (*case, min(steps - begin, PIECE), seed)
 
 
 def step_cost(
@@ -127,24 +196,44 @@ def step_cost(
     return float(np.median(times[steps // 6 :]))
 
 
-def soaked(steps: int) -> str:
-    """Return the part of the page that tells what went wrong."""
+def soaked(tasks: list[str], processes: int, again: bool) -> str:
+    """Run what has not run yet; return the part of the page that tells what went wrong."""
+    pieces: list[dict[str, Any]] = []
+    if (FOLDER / "task_soak.json").exists():
+        pieces = measured("task_soak")["pieces"]
+    if again:
+        pieces = [piece for piece in pieces if name_of(piece["id"]) not in tasks]
+    with ProcessPoolExecutor(processes) as pool:
+        running = [pool.submit(soak, *arguments) for arguments in missing(pieces, tasks)]
+        for end in tqdm(as_completed(running), total=len(running), unit="piece"):
+            pieces.append(end.result())
+            keep("task_soak", {"pieces": pieces})
     rows, total = [], 0
-    for env_id, physics, preset, representation in cases():
-        slow = preset == "harsh" or representation == "raw"  # slack tendons: the whole model
-        count = steps // (1 if physics == "constant_curvature" else 64 if slow else 10)
-        found = soak(env_id, physics, preset, representation, count)
-        total += count // BATCH * BATCH
-        depths = "– | –"
-        if found["deep"] > 0.0:
-            depths = f"{1e3 * found['deep']:.2f} | {1e3 * found['resting']:.2f}"
-        name = env_id.split("/")[1].removesuffix("-v0")
-        rows.append(
-            f"| {name} | {physics} | {preset} | {representation} | {count // BATCH * BATCH:,} | "
-            f"{found['wrong']} | {found['diverged']} | {depths} |"
+    for *case, _ in cases():
+        ran = of_case(pieces, (case[0], case[1], case[2], case[3]))
+        if not ran:
+            continue
+        steps, wrong, diverged, near, over = (
+            sum(piece[key] for piece in ran)
+            for key in ("steps", "wrong", "diverged", "near", "over_m")
         )
-        print(rows[-1], flush=True)
-    return _SOAKED.format(total=total, batch=BATCH, rows="\n".join(rows))
+        deep, resting, most_over = (
+            f"{1e3 * max(piece[key] for piece in ran):.2f}"
+            for key in ("deep_m", "resting_m", "most_over_m")
+        )
+        depths = [deep, resting] if case[1] == "mujoco" and near else ["–", "–"]
+        excess = [f"{1e3 * over / near:.2f}", most_over] if near else ["–", "–"]
+        cells = [name_of(case[0]), *case[1:], f"{steps:,}", wrong, diverged, *depths, *excess]
+        rows.append("| " + " | ".join(map(str, cells)) + " |")
+        total += steps
+    return _SOAKED.format(
+        total=total,
+        batch=BATCH,
+        points=CLEARANCE_POINTS,
+        dense=DENSE_POINTS,
+        near_mm=1e3 * NEAR_M,
+        rows="\n".join(rows),
+    )
 
 
 def step_costs(physics: str) -> str:
@@ -161,8 +250,8 @@ def step_costs(physics: str) -> str:
                 own = step_cost(env_id, physics, "none", batch, robot)
                 ratios.append(own / base)
                 harsh.append(step_cost(env_id, physics, "harsh", batch, robot) / own)
-            name = env_id.split("/")[1].removesuffix("-v0")
-            costs.append(f"| {name} | {batch} | {np.median(ratios):.2f} | {np.median(harsh):.2f} |")
+            cells = [name_of(env_id), batch, f"{np.median(ratios):.2f}", f"{np.median(harsh):.2f}"]
+            costs.append("| " + " | ".join(map(str, cells)) + " |")
             print(costs[-1], flush=True)
     return _COSTS.format(physics=physics, rows="\n".join(costs))
 
@@ -200,25 +289,23 @@ def disturbance_costs() -> str:
 def main() -> None:
     """Write the page, or one of its parts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--steps",
-        type=int,
-        default=1_048_576,
-        help="environment steps a case; a tenth on MuJoCo, a 64th where its tendons go slack",
-    )
     parser.add_argument("--part", choices=PARTS, help="one part alone")
-    arguments = parser.parse_args()
+    names = [name_of(env_id) for env_id, keywords in ENVIRONMENTS.items() if keywords]
+    parser.add_argument("--tasks", nargs="+", choices=names, default=names, help="of the soak")
+    parser.add_argument("--processes", type=int, default=1, help="of the soak")
+    parser.add_argument("--again", action="store_true", help="run these tasks' steps again")
+    options = parser.parse_args()
     warnings.simplefilter("error")
-    measured = {
-        "soak": lambda: soaked(arguments.steps),
+    measures = {
+        "soak": lambda: soaked(options.tasks, options.processes, options.again),
         "arcs": lambda: step_costs("constant_curvature"),
         "mujoco": lambda: step_costs("mujoco"),
         "disturbances": disturbance_costs,
     }
-    kept = PAGE.read_text(encoding="utf-8").split("\n## ") if arguments.part else []
+    kept = PAGE.read_text(encoding="utf-8").split("\n## ") if options.part else []
     parts = []
-    for k, (name, measure) in enumerate(measured.items()):
-        if arguments.part in (None, name):
+    for k, (name, measure) in enumerate(measures.items()):
+        if options.part in (None, name):
             parts.append(measure().strip())
         elif k < len(kept):
             parts.append(kept[k].strip())
@@ -230,11 +317,13 @@ _SOAKED = """# Random steps of every task
 {total:,} random environment steps (ten of 25 without motion, four tendons, batches of {batch}),
 warnings as errors. Wrong: steps with an observation outside its space, a number that is not finite
 or a reward outside [0, 1]. Depth of the hull in a body [mm], worst of all steps and worst after
-half a second without motion; MuJoCo alone, as constant curvature goes through bodies.
-`python -m benchmarks.task_soak` writes this page.
+half a second without motion; MuJoCo alone, as constant curvature goes through bodies. Tasks look at
+the clearance of {points} points a segment, this page's depths at {dense}: the last two columns tell
+how much larger the former is than the latter [mm], in the mean and at most, for robots within
+{near_mm:g} mm of touching. `python -m benchmarks.task_soak` writes this page.
 
-| task | physics | disturbances | actions | steps | wrong | diverged | depth | at rest |
-|---|---|---|---|---|---|---|---|---|
+| task | physics | disturbed | action | steps | wrong | diverged | depth | rest | over | most over |
+|---|---|---|---|---|---|---|---|---|---|---|
 {rows}
 """
 

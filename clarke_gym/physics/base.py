@@ -19,7 +19,7 @@ DISK_RIM_M = 1e-3
 """How far a disk reaches beyond its outermost tendon hole [m]."""
 
 CLEARANCE_POINTS = 12
-"""Points a segment at which the clearance of a backbone is looked at."""
+"""Points a segment at which `RobotState.clearance` looks."""
 
 
 def hull_radius(robot: Robot) -> float:
@@ -182,7 +182,11 @@ class RobotState:
 
     @property
     def clearance(self) -> FloatArray:
-        """Smallest gap between the robot and the bodies of its scene [m], shape (B,)."""
+        """Smallest gap between the robot and the bodies of its scene [m], shape (B,).
+
+        It is looked at 12 points a segment, and so larger than the true gap where a body touches
+        between two of them (docs/validation/task_soak.md: by how much).
+        """
         return self.once("clearance", RobotState._clearance)
 
     def _clearance(self) -> FloatArray:

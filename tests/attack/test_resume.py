@@ -67,7 +67,11 @@ def test_runs_of_the_long_form_can_run():
             TrainConfig.model_validate(each)
 
 
-@pytest.mark.parametrize("name", [*NAMES, *DISTURBED])
+REMEMBERING = ("ppo_mujoco_disturbed", "sac_her_disturbed", "ppo_marginal", "ppo_slowing")
+BETWEEN = [name for name in NAMES if name != "ppo_mujoco"] + list(REMEMBERING)
+
+
+@pytest.mark.parametrize("name", [*NAMES, *DISTURBED] if LONG else BETWEEN)
 def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, name, figure):
     expected = whole(name)
     for kills, steps in enumerate((130, 300, 500)):
@@ -79,12 +83,10 @@ def test_a_run_killed_between_rollouts_continues_to_the_byte(tmp_path, whole, na
     figure(f"{name}: stopped between rollouts 3 times, byte-equal")
 
 
-AT_EVENTS = ["ppo", "sac_her", "ppo_short_mujoco"]
+ON_BOTH = ["ppo", "sac_her", "td3", "ppo_short_mujoco", "sac_her_mujoco", "td3_mujoco"]
 
 
-@pytest.mark.parametrize(
-    "name", [*AT_EVENTS, "td3", "sac_her_mujoco", "td3_mujoco"] if LONG else AT_EVENTS
-)
+@pytest.mark.parametrize("name", ON_BOTH if LONG else ["ppo", "sac_her"])
 def test_a_run_killed_at_every_event_of_the_file_system(tmp_path, name, monkeypatch, figure):
     """Each fsync, rename, mkdir and unlink of a run is the last one in turn."""
     short = TrainConfig.model_validate((RUNS | ON_MUJOCO)[name] | {"total_steps": 256})

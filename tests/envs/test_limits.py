@@ -22,7 +22,7 @@ def start(robot, rows=1):
 
 @pytest.mark.parametrize("control", ["increment", "absolute"])
 @pytest.mark.parametrize("segments", [1, 3])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(n=st.integers(3, 12), seed=st.integers(0, 10_000), size=st.floats(0.0, 30.0))
 def test_no_command_leaves_the_limits(control, segments, n, seed, size):
     robot = make_robot(n_tendons=n, n_segments=segments)

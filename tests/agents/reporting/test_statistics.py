@@ -116,7 +116,7 @@ def test_same_seed_same_interval_and_other_seed_another():
         assert len({statistic(x, y, seed=k, reps=50) for k in range(5)}) > 1
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(arms)
 def test_interval_ends_are_ordered_and_inside_the_data(strata):
     result = s.iqm_interval(strata, seed=0, reps=100)
@@ -170,7 +170,6 @@ def brute_improvement(x, y):
     return float(np.mean(pairs))
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(scores, scores), min_size=1, max_size=3))
 def test_improvement_matches_pairs_and_its_complement(pairs):
     x, y = [p[0] for p in pairs], [p[1] for p in pairs]

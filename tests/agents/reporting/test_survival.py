@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.reporting import survival as v
@@ -88,7 +88,6 @@ def test_speed_up_is_the_ratio_of_restricted_means():
     assert v.speed_up([other], [base], seed=0).estimate == pytest.approx(15 / 40)
 
 
-@settings(deadline=None)
 @given(st.lists(st.integers(0, 3).map(float), min_size=2, max_size=5))
 def test_speed_up_over_itself_is_one_even_at_zero_steps(steps):
     result = v.speed_up([steps], [steps], seed=0, reps=50)
