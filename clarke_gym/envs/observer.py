@@ -181,4 +181,7 @@ class Observer:
         if self._sensed is None:
             return sensor.vector(state, self._splitter)
         scale = self.blocks[sensor.name].scale
-        return self._splitter.rows(self._sensed(sensor.name, scale, sensor.read(state)))
+        told = self._sensed(sensor.name, scale, sensor.read(state))
+        assert self._encoder is not None
+        split = self._splitter.rows if self._encoder.sees_off else self._splitter.projected
+        return split(told)

@@ -127,7 +127,8 @@ class Encoder:
         onto = encoder @ robot.decoder
         pieces = [[onto[place] / scale[k] for k, place in enumerate(places)] for scale in scales]
         residual = encoder - encoder @ robot.decoder @ robot.encoder
-        self._sees_off = bool(np.abs(residual).max() > _TINY)
+        self.sees_off = bool(np.abs(residual).max() > _TINY)
+        """Whether anything off the manifold shows."""
         raw = np.array_equal(encoder, np.eye(len(encoder)))
         self._off_map = None if raw else encoder.T.copy()
         self._blocks = [
@@ -140,7 +141,7 @@ class Encoder:
         ]
         # Axes along those of the Clarke coordinates need no sums.
         self._diagonal = None
-        if not (self._sees_off or representation.polar) and _along_axes(pieces):
+        if not (self.sees_off or representation.polar) and _along_axes(pieces):
             numbers = [np.diag(piece) for block in pieces for piece in block]
             self._diagonal = DiagonalMap(np.concatenate(numbers).tolist())
 
@@ -161,7 +162,7 @@ class Encoder:
         else:
             for vector, (place, pairs, factors) in zip(vectors, self._blocks, strict=True):
                 off, block = vector.off_manifold, out[:, place]
-                if off is None or not self._sees_off:
+                if off is None or not self.sees_off:
                     pairs.into(vector.parts, block)
                 elif self._off_map is None:
                     pairs.into(vector.parts, block, off, factors)

@@ -16,6 +16,7 @@ from clarke_gym.numerics.batch import (
     any_of,
     array_of,
     broken,
+    check_finite,
     only_where,
     picked,
     square_sum,
@@ -120,6 +121,18 @@ class Splitter:
     def rows(self, rows: FloatArray) -> JointVector:
         """Return the vectors of an array (B, N)."""
         return self.given(self._batch.given(self._batch.seen(rows)))
+
+    def projected(self, rows: FloatArray) -> JointVector:
+        """Return what is on the manifold of an array (B, N), for whom the rest does not show.
+
+        Raises
+        ------
+        ValueError
+            If a number is not finite.
+        """
+        numbers = self._batch.given(self._batch.seen(rows))
+        check_finite(numbers)
+        return JointVector(self._batch.mapped(self._encode, numbers))
 
     def given(self, numbers: Any) -> JointVector:
         """Return the vectors of users' numbers, as `Batch.given` gives them.
