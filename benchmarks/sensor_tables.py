@@ -22,7 +22,8 @@ An observation is the concatenation of what sensors read, joint-space blocks fir
 the representation, scaled and bounded by the robot's limits. `sensors="command+tendons+tip"`
 chooses them; the goal is always seen. `env.unwrapped.sensors["tip_position"]` has place, labels,
 unit, scale and bounds of a block, and `env.unwrapped.sensors.table()` gives tables like those
-below. `python -m benchmarks.sensor_tables` writes this page."""
+below. Noise, bias, steps and delay of sensors act on what is measured: not on commands, which a
+robot knows, nor on what a task tells. `python -m benchmarks.sensor_tables` writes this page."""
 
 
 def _first_line(thing: Any) -> str:
@@ -31,14 +32,15 @@ def _first_line(thing: Any) -> str:
 
 def page() -> str:
     """Return the page as Markdown."""
-    parts = [_HEAD, "| sensor | space | what it reads | needs |\n|---|---|---|---|"]
+    parts = [_HEAD, "| sensor | space | what it reads | measured | needs |\n|---|---|---|---|---|"]
     for name in SENSORS.names():
         sensor = SENSORS[name]
         if not sensor.__module__.startswith("clarke_gym."):
             continue
         space = "joint" if "joint" in sensor.__module__ else "task"
         needs = ", ".join(sensor.needs) or "–"
-        parts[-1] += f"\n| `{name}` | {space} | {_first_line(sensor)} | {needs} |"
+        told = [f"`{name}`", space, _first_line(sensor), "yes" if sensor.measured else "no", needs]
+        parts[-1] += "\n| " + " | ".join(told) + " |"
     bundles = [
         f"`{name}` stands for {' and '.join(f'`{n}`' for n in names)}"
         for name, names in LADDER.items()

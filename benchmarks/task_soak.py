@@ -15,14 +15,16 @@ from __future__ import annotations
 import argparse
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 import clarke_gym  # noqa: F401  (registers the environments)
@@ -37,6 +39,8 @@ STEPS = 1_048_576
 PIECE = 65_536
 """Steps of a case, and of a piece of it."""
 TOUCH_N = 1e-6
+MEASURED = 10
+"""Numbers that Reach's sensors measure of four tendons: displacements, the tip, the goal's gap."""
 
 DENSE_POINTS, NEAR_M = 96, 2e-3
 """Points a segment that tell the true clearance; the looser one is held against it this near."""
@@ -56,7 +60,7 @@ DISTURBED = (
 )
 """Disturbances and presets whose cost is told."""
 
-PARTS = ("soak", "arcs", "mujoco", "disturbances")
+PARTS = ("soak", "arcs", "added", "mujoco", "disturbances")
 """Parts of the page, in its order."""
 
 WHOLE = "whole"
@@ -256,6 +260,54 @@ def step_costs(physics: str) -> str:
     return _COSTS.format(physics=physics, rows="\n".join(costs))
 
 
+def cpu_time(work: Callable[[], object], times: int = 60) -> float:
+    """Return the median CPU time of some work [s]."""
+    took = []
+    for _ in range(times):
+        begin = time.process_time()
+        work()
+        took.append(time.process_time() - begin)
+    return float(np.median(took))
+
+
+def added_costs() -> str:
+    """Return the part of the page that tells what bodies and noise add to a step by themselves."""
+    rows, noise = [], []
+    for batch in (1, 64, 4096):
+        for name in ("Gate", "Nest"):
+            env_id = f"clarke_gym/{name}-v0"
+            envs: Any = gym.make_vec(env_id, num_envs=batch, n_tendons=4)
+            envs.reset(seed=0)
+            model = envs.unwrapped.physics
+            curve = model.backbone(CLEARANCE_POINTS)
+            parts = (
+                partial(model.backbone, CLEARANCE_POINTS),
+                partial(model.surroundings.clearance, curve),
+            )
+            points, gaps = _shares(parts, batch, ENVIRONMENTS[env_id].get("robot", "default"))
+            size = f"{curve.shape[1]} x {model.surroundings.numbers.shape[1]}"
+            cells = [name, size, batch, *(f"{x:.2f}" for x in (points, gaps, points + gaps))]
+            rows.append("| " + " | ".join(map(str, cells)) + " |")
+            print(rows[-1], flush=True)
+        normal = np.random.default_rng(0).standard_normal
+        drawn = partial(normal, out=np.empty((batch, MEASURED)))
+        noise += [f"{share:.2f}" for share in _shares((drawn,), batch, "default")]
+    print(noise, flush=True)
+    return _ADDED.format(rows="\n".join(rows), measured=MEASURED, noise=" / ".join(noise))
+
+
+def _shares(
+    parts: Sequence[Callable[[], object]], batch: int, robot: str
+) -> NDArray[np.floating[Any]]:
+    """Return the CPU times of some work over that of a step of Reach, medians of five ratios."""
+    found = []
+    for _ in range(5):
+        reach = step_cost("clarke_gym/Reach-v0", "constant_curvature", "none", batch, robot)
+        found.append([cpu_time(part) / reach for part in parts])
+    shares: NDArray[np.floating[Any]] = np.median(found, axis=0)
+    return shares
+
+
 def disturbance_costs() -> str:
     """Return the part of the page that tells what disturbances cost on MuJoCo."""
     fast = PROFILES["fast"]
@@ -299,6 +351,7 @@ def main() -> None:
     measures = {
         "soak": lambda: soaked(options.tasks, options.processes, options.again),
         "arcs": lambda: step_costs("constant_curvature"),
+        "added": added_costs,
         "mujoco": lambda: step_costs("mujoco"),
         "disturbances": disturbance_costs,
     }
@@ -335,6 +388,24 @@ times, measured side by side; the rows of Reach over itself show how far they sc
 | task | batch | over Reach | harsh over none |
 |---|---|---|---|
 {rows}
+"""
+
+_ADDED = """What bodies and noise add, constant curvature
+
+The calls that give the points along a robot and their clearance from its bodies, by themselves,
+over a whole step of Reach with the same robot and batch; medians of five ratios of CPU times. For a
+step among bodies to cost 1.6 times Reach's, together they would have to stay below 0.6, with
+nothing for rewards, metrics and sensors.
+
+| task | points x bodies | batch | points | clearance | together |
+|---|---|---|---|---|---|
+{rows}
+
+Each pair of point and body is one product of a point's numbers with a body's; passes over one
+coordinate at a time take half as long again, or twice as long. For a step with noise to cost 1.15
+times one without, {measured} normal numbers a robot, drawn by NumPy in one call for all of them
+(n = 4), would have to stay below 0.15: they are {noise} of a step in batches of 1 / 64 / 4096, and
+noise that each environment can repeat by itself costs more.
 """
 
 _DISTURBED = """What disturbances cost on MuJoCo

@@ -178,7 +178,7 @@ class Observer:
 
     def _vector(self, sensor: JointSensor, state: RobotState) -> JointVector:
         """Return what a sensor in joint space tells, split by the projector."""
-        if self._sensed is None:
+        if self._sensed is None or not sensor.measured:
             return sensor.vector(state, self._splitter)
         scale = self.blocks[sensor.name].scale
         told = self._sensed(sensor.name, scale, sensor.read(state))

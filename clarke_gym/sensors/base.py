@@ -59,7 +59,7 @@ class Sensor:
     """Nouns of `RobotState` that not every physics has, e.g. "tension"."""
 
     measured: ClassVar[bool] = True
-    """Whether noise and its like act on it; what a task tells is not measured."""
+    """Whether noise and its like act on it; commands and what a task tells are not measured."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant

@@ -22,6 +22,7 @@ MOST_SPEED = 4.0
 class Command(JointSensor):
     """Displacements that the drives are told to reach."""
 
+    measured: ClassVar[bool] = False
     unit: ClassVar[str] = "m"
 
     def read(self, state: RobotState) -> FloatArray:

@@ -194,6 +194,21 @@ def test_sensor_delay_tells_what_was_a_few_steps_ago():
     assert lags == {0, 1, 2}
 
 
+@pytest.mark.parametrize("name", ["sensor_noise", "sensor_bias", "quantisation", "sensor_delay"])
+def test_what_is_measured_is_disturbed_and_what_is_known_is_not(name):
+    keywords = {"n_tendons": 5, "n_segments": 2}
+    plain, disturbed = (
+        gym.make("clarke_gym/Reach-v0", disturbances=each, **keywords) for each in ("none", name)
+    )
+    sensors, differ = disturbed.unwrapped.sensors, set()
+    for seed in range(4):  # a delay may be none
+        plain.reset(seed=seed), disturbed.reset(seed=seed)
+        for action in np.random.default_rng(0).uniform(-1, 1, (6, *plain.action_space.shape)):
+            true, told = (env.step(action.astype(np.float32))[0] for env in (plain, disturbed))
+            differ |= {each for each in sensors if (true != told)[sensors[each].place].any()}
+    assert differ == {"displacement", "tip_position", "goal_gap"}
+
+
 def test_noise_depends_on_key_place_and_stream_alone():
     keys, places = np.array([0.1, 0.7]), np.array([3, 9])
     both = normals(keys, places, 5, 2)
