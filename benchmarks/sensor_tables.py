@@ -39,8 +39,8 @@ def page() -> str:
             continue
         space = "joint" if "joint" in sensor.__module__ else "task"
         needs = ", ".join(sensor.needs) or "–"
-        told = [f"`{name}`", space, _first_line(sensor), "yes" if sensor.measured else "no", needs]
-        parts[-1] += "\n| " + " | ".join(told) + " |"
+        cells = [f"`{name}`", space, _first_line(sensor), "yes" if sensor.measured else "no", needs]
+        parts[-1] += "\n| " + " | ".join(cells) + " |"
     bundles = [
         f"`{name}` stands for {' and '.join(f'`{n}`' for n in names)}"
         for name, names in LADDER.items()
