@@ -212,6 +212,11 @@ def soaked(tasks: list[str], processes: int, again: bool) -> str:
         for end in tqdm(as_completed(running), total=len(running), unit="piece"):
             pieces.append(end.result())
             keep("task_soak", {"pieces": pieces})
+    return soak_table(pieces)
+
+
+def soak_table(pieces: list[dict[str, Any]]) -> str:
+    """Return the part of the page that tells what went wrong in the pieces that have run."""
     rows, total = [], 0
     for *case, _ in cases():
         ran = of_case(pieces, (case[0], case[1], case[2], case[3]))
@@ -230,8 +235,11 @@ def soaked(tasks: list[str], processes: int, again: bool) -> str:
         cells = [name_of(case[0]), *case[1:], f"{steps:,}", wrong, diverged, *depths, *excess]
         rows.append("| " + " | ".join(map(str, cells)) + " |")
         total += steps
+    left = sum(steps for *_, steps, _ in missing(pieces, [name_of(case[0]) for case in cases()]))
+    unfinished = f"; {left:,} are yet to run" if left else ""
     return _SOAKED.format(
         total=total,
+        unfinished=unfinished,
         batch=BATCH,
         points=CLEARANCE_POINTS,
         dense=DENSE_POINTS,
@@ -368,12 +376,13 @@ def main() -> None:
 _SOAKED = """# Random steps of every task
 
 {total:,} random environment steps (ten of 25 without motion, four tendons, batches of {batch}),
-warnings as errors. Wrong: steps with an observation outside its space, a number that is not finite
-or a reward outside [0, 1]. Depth of the hull in a body [mm], worst of all steps and worst after
-half a second without motion; MuJoCo alone, as constant curvature goes through bodies. Tasks look at
-the clearance of {points} points a segment, this page's depths at {dense}: the last two columns tell
-how much larger the former is than the latter [mm], in the mean and at most, for robots within
-{near_mm:g} mm of touching. `python -m benchmarks.task_soak` writes this page.
+warnings as errors{unfinished}.
+Wrong: steps with an observation outside its space, a number that is not finite or a reward outside
+[0, 1]. Depth of the hull in a body [mm], worst of all steps and worst after half a second without a
+new command, through which harsh pushes go on; MuJoCo alone, as constant curvature goes through
+bodies. Tasks look at the clearance of {points} points a segment, this page's depths at {dense}: the
+last two columns tell how much larger the former is than the latter [mm], in the mean and at most,
+for robots within {near_mm:g} mm of touching. `python -m benchmarks.task_soak` writes this page.
 
 | task | physics | disturbed | action | steps | wrong | diverged | depth | rest | over | most over |
 |---|---|---|---|---|---|---|---|---|---|---|
