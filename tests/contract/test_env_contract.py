@@ -173,7 +173,7 @@ def test_actions_that_are_not_finite_are_refused(env_id, representation, physics
     ("keywords", "message"),
     [
         ({"n_tendons": 2}, "n_tendons must be at least 3, got 2"),
-        ({"physics": "sofa"}, r"physics must be one of \['constant_curvature', 'mujoco'\]"),
+        ({"physics": "sofa"}, r"physics must be one of \['constant_curvature'.*'mujoco'"),
         ({"control": "velocity"}, r"control must be one of \['increment', 'absolute'\]"),
         ({"control_dt": 0.0}, "control_dt must be a positive finite number, got 0.0"),
         ({"control_dt": float("nan")}, "control_dt"),
