@@ -89,7 +89,7 @@ def test_equal_seeds_and_actions_give_equal_bits(env_id, representation, physics
         env = make(env_id, representation, physics, n_segments=2)
         env.action_space.seed(3)
         trace = [env.reset(seed=7)[0]]
-        for _ in range(40):
+        for _ in range(60):
             observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
             trace += [observation, reward]
             if terminated or truncated:
@@ -116,7 +116,7 @@ def test_spec_survives_json(env_id, representation, physics):
 
 @pytest.mark.parametrize(("env_id", "representation", "physics"), SMALL)
 def test_observations_stay_in_their_space_and_use_it(env_id, representation, physics):
-    num_envs, steps = (6, 60) if physics == "mujoco" else (64, 120)  # slack tendons are slow
+    num_envs, steps = (6, 80) if physics == "mujoco" else (64, 120)  # slack tendons are slow
     envs = gym.make_vec(
         env_id, num_envs=num_envs, representation=representation, physics=physics, n_tendons=4
     )
@@ -173,7 +173,7 @@ def test_actions_that_are_not_finite_are_refused(env_id, representation, physics
     ("keywords", "message"),
     [
         ({"n_tendons": 2}, "n_tendons must be at least 3, got 2"),
-        ({"physics": "sofa"}, r"physics must be one of \['constant_curvature'.*'mujoco'"),
+        ({"physics": "sofa"}, r"physics must be one of \['constant_curvature', 'mujoco'\]"),
         ({"control": "velocity"}, r"control must be one of \['increment', 'absolute'\]"),
         ({"control_dt": 0.0}, "control_dt must be a positive finite number, got 0.0"),
         ({"control_dt": float("nan")}, "control_dt"),

@@ -133,19 +133,19 @@ def test_a_fresh_simulation_continues_a_state_bit_for_bit(options, scalar):
         for _ in range(2)
     )
     slack = 0
-    for k, command in enumerate(random_commands(robot, 1, 18)):
+    for k, command in enumerate(random_commands(robot, 1, 24)):
         target = command_of(command, scalar)
-        if k == 9:
+        if k == 12:
             other.set_state(first.get_state())
         first.step(target)
-        if k >= 9:
+        if k >= 12:
             slack += int((first.tension <= 0.0).any())
             other.step(target)
             ours, theirs = first.get_state(), other.get_state()
             for name in ("qpos", "qvel", "qacc_warmstart"):
                 np.testing.assert_array_equal(ours[name], theirs[name])
             np.testing.assert_array_equal(first.tension, other.tension)
-    assert slack > 1
+    assert slack > 3
 
 
 @pytest.mark.usefixtures("contacts")
@@ -206,7 +206,7 @@ def test_motion_with_slack_tendons_hardly_depends_on_the_time_step(segments, sca
             physics.step(JointVector.from_clarke(*command))
         slack += int((fine.tension <= 0.0).any())
         errors.append(coarse.state.tip_position - fine.state.tip_position)
-    assert slack > 1
+    assert slack > 3
     rms = np.sqrt((np.array(errors) ** 2).sum(-1).mean())
     assert rms < 1e-3 * robot.length_m
 
@@ -247,7 +247,7 @@ def test_motion_with_slack_tendons_is_that_of_all_tendons_at_a_fine_step(layout)
         whole.step(command)
         slack += int((whole.tension == 0.0).any())
         errors.append(folded.state.tip_position - whole.state.tip_position)
-    assert slack > 1
+    assert slack > 3
     rms = np.sqrt((np.array(errors) ** 2).sum(-1).mean())
     assert rms < 6e-4 * robot.length_m
 

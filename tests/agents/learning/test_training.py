@@ -202,9 +202,9 @@ seeds: [0, 1]
 base:
   env: {num_envs: 16}
   algo: {name: ppo, n_steps: 32, batch_size: 64, net_arch: [16]}
-  total_steps: 2048
+  total_steps: 4096
   evaluation: {every_steps: 1024, n_goals: 50}
-  checkpoint_every_steps: 1024
+  checkpoint_every_steps: 2048
 """
 
 
