@@ -125,7 +125,7 @@ class Observer:
     ) -> None:
         self._sensed = sensed
         self.representation = representation
-        self._batch, self._splitter = batch, Splitter(robot, batch)
+        self._batch = batch
         self._joint = [sensor for sensor in sensors if isinstance(sensor, JointSensor)]
         self._task = [sensor for sensor in sensors if isinstance(sensor, TaskSensor)]
         self._encoder: Encoder | None = None
@@ -148,6 +148,7 @@ class Observer:
                     Block(sensor.name, place, labels, sensor.unit, scale, high, sensor.bound)
                 )
                 end = place.stop
+            self._splitter = Splitter(robot, batch, self._encoder.sees_off)
         self._start = end
         for seen in self._task:
             place = slice(end, end + len(seen.labels))
@@ -181,7 +182,4 @@ class Observer:
         if self._sensed is None or not sensor.measured:
             return sensor.vector(state, self._splitter)
         scale = self.blocks[sensor.name].scale
-        told = self._sensed(sensor.name, scale, sensor.read(state))
-        assert self._encoder is not None
-        split = self._splitter.rows if self._encoder.sees_off else self._splitter.projected
-        return split(told)
+        return self._splitter.rows(self._sensed(sensor.name, scale, sensor.read(state)))

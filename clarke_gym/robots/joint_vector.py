@@ -99,6 +99,8 @@ class Splitter:
     ----------
     robot : Robot
     batch : Batch
+    keeps_off : bool
+        Whether anybody looks at what is off the manifold; it is left out otherwise.
 
     Examples
     --------
@@ -107,8 +109,8 @@ class Splitter:
     (array([[[1., 0.]]]), None)
     """
 
-    def __init__(self, robot: Robot, batch: Batch) -> None:
-        self._batch = batch
+    def __init__(self, robot: Robot, batch: Batch, keeps_off: bool = True) -> None:
+        self._batch, self._keeps_off = batch, keeps_off
         self._encode = LinearMap(robot.encoder.T.copy())
         decoders = [segment.matrices[1] for segment in robot.segments]
         self._onto = PairMap(decoders)
@@ -122,18 +124,6 @@ class Splitter:
         """Return the vectors of an array (B, N)."""
         return self.given(self._batch.given(self._batch.seen(rows)))
 
-    def projected(self, rows: FloatArray) -> JointVector:
-        """Return what is on the manifold of an array (B, N), for whom the rest does not show.
-
-        Raises
-        ------
-        ValueError
-            If a number is not finite.
-        """
-        numbers = self._batch.given(self._batch.seen(rows))
-        check_finite(numbers)
-        return JointVector(self._batch.mapped(self._encode, numbers))
-
     def given(self, numbers: Any) -> JointVector:
         """Return the vectors of users' numbers, as `Batch.given` gives them.
 
@@ -142,6 +132,9 @@ class Splitter:
         ValueError
             If a number is not finite.
         """
+        if not self._keeps_off:
+            check_finite(numbers)
+            return JointVector(self._batch.mapped(self._encode, numbers))
         size = square_sum(numbers)
         parts = self._batch.mapped(self._encode, numbers)
         onto: Number = 0.0

@@ -197,12 +197,11 @@ def test_sensor_delay_tells_what_was_a_few_steps_ago():
 @pytest.mark.parametrize("name", ["sensor_noise", "sensor_bias", "quantisation", "sensor_delay"])
 def test_what_is_measured_is_disturbed_and_what_is_known_is_not(name):
     keywords = {"n_tendons": 5, "n_segments": 2}
-    plain, disturbed = (
-        gym.make("clarke_gym/Reach-v0", disturbances=each, **keywords) for each in ("none", name)
-    )
+    plain, disturbed = (gym.make(ID, disturbances=each, **keywords) for each in ("none", name))
     sensors, differ = disturbed.unwrapped.sensors, set()
     for seed in range(4):  # a delay may be none
-        plain.reset(seed=seed), disturbed.reset(seed=seed)
+        for env in (plain, disturbed):
+            env.reset(seed=seed)
         for action in np.random.default_rng(0).uniform(-1, 1, (6, *plain.action_space.shape)):
             true, told = (env.step(action.astype(np.float32))[0] for env in (plain, disturbed))
             differ |= {each for each in sensors if (true != told)[sensors[each].place].any()}
