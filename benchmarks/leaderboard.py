@@ -17,6 +17,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import parse_env_id
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from agents.learning.evaluation import HELD_OUT_SEED
@@ -72,7 +73,7 @@ def references(only: list[str]) -> dict[str, Any]:
     """Return the scores of all agents that do not learn, by task, agent and difficulty."""
     scores: dict[str, Any] = {}
     for env_id in IDS:
-        task = env_id.split("/")[1].removesuffix("-v0")
+        task = parse_env_id(env_id)[1]
         if only and task not in only:
             continue
         agents = [

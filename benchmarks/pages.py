@@ -20,9 +20,11 @@ from benchmarks import (
     prose,
     sensor_tables,
     task_pages,
+    task_soak,
     why_clarke,
 )
 from benchmarks.committed_scores import DOCS
+from benchmarks.measured import measured
 from benchmarks.validation.common import markdown, read
 
 
@@ -32,6 +34,7 @@ def pages() -> Iterator[tuple[Path, str]]:
         yield module.PAGE, module.page(json.loads(module.DATA.read_text(encoding="utf-8")))
     for module in (limits, sensor_tables, why_clarke):
         yield module.PAGE, module.page()
+    yield task_soak.PAGE, task_soak.page(measured(task_soak.DATA)["pieces"])
     for name, text in task_pages.pages().items():
         yield task_pages.FOLDER / name, text
     for path in sorted(policy_cards.POLICIES.glob("*/scores.json")):

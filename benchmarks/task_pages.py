@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+from gymnasium.envs.registration import parse_env_id
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from benchmarks.leaderboard import DATA, LABELS, interval
@@ -79,7 +80,7 @@ def page(env_id: str) -> str:
     """Return a task's page as Markdown."""
     keywords = ENVIRONMENTS[env_id]
     name = keywords["task"]
-    owner, title = TASKS[name], env_id.split("/")[1].removesuffix("-v0")
+    owner, title = TASKS[name], parse_env_id(env_id)[1]
     doc = inspect.getdoc(owner) or ""
     env: Any = gym.make(env_id, n_tendons=7, representation="clarke")
     face = env.unwrapped

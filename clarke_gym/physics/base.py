@@ -184,8 +184,8 @@ class RobotState:
     def clearance(self) -> FloatArray:
         """Smallest gap between the robot and the bodies of its scene [m], shape (B,).
 
-        It is looked at 12 points a segment, and so larger than the true gap where a body touches
-        between two of them (docs/validation/task_soak.md: by how much).
+        It is looked at `CLEARANCE_POINTS` points a segment, and so larger than the true gap where
+        a body touches between two of them (docs/validation/task_soak.md: by how much).
         """
         return self.once("clearance", RobotState._clearance)
 

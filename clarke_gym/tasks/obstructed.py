@@ -35,7 +35,7 @@ class ObstructedTask(CostedTask):
     r"""Reach a goal position among bodies.
 
     The error is the distance e between tip and goal; its scale s is a tenth of the length. With the
-    depth c by which the robot's hull, looked at 12 points a segment, is inside a body, over the
+    depth c by which the robot's hull is inside a body (a negative `RobotState.clearance`), over the
     hull's radius, the dense reward is
     :math:`(1-c)\left(\frac12/(1+e/s)+\frac12\exp(-(e/\epsilon)^2)\right)`. Where c passes 1 the
     episode ends as a failure: constant curvature goes through bodies, MuJoCo's contact holds the
