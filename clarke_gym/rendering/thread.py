@@ -27,7 +27,6 @@ class DrawingThread:
         self._tasks: SimpleQueue[_Task | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="clarke_gym-opengl", daemon=True)
         self._thread.start()
-        atexit.register(self._stop)
 
     def ask(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function in the thread and return its result, or raise its error."""
@@ -43,6 +42,8 @@ class DrawingThread:
         self._tasks.put((function, arguments, None))
 
     def _work(self) -> None:
+        self._do(self._tasks.get())  # loads a backend, which has itself closed at exit
+        atexit.register(self._stop)  # as the later one this comes before that
         while self._do(self._tasks.get()):
             pass
 

@@ -261,6 +261,7 @@ FORGETFUL = """
 import gc, threading
 import gymnasium as gym
 import clarke_gym
+from clarke_gym.rendering.thread import drawing_thread
 
 gc.set_threshold(50)  # forgotten pictures are found in the middle of others
 
@@ -287,6 +288,7 @@ def at_once():
     for thread in threads:
         thread.join()
     gc.collect()
+    drawing_thread().ask(int)  # what was asked before is done
 
 
 at_once()
@@ -305,4 +307,22 @@ def test_forgotten_pictures_are_freed_from_any_thread_and_nothing_stops():
         [sys.executable, "-c", FORGETFUL], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
     assert float(done.stdout) < 400.0
+
+
+AT_EXIT = """
+import atexit, time
+from clarke_gym.rendering.thread import drawing_thread
+
+thread = drawing_thread()
+thread.ask(atexit.register, print, "the backend is closed")  # as MuJoCo does where it loads one
+thread.tell(time.sleep, 0.3)
+thread.tell(print, "the picture is freed")
+"""
+
+
+def test_what_is_left_to_free_at_exit_comes_before_the_backend_closes():
+    command = [sys.executable, "-c", AT_EXIT]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["the picture is freed", "the backend is closed"]
