@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import cycle
 from typing import Any
 
 import gymnasium as gym
@@ -49,17 +50,22 @@ WHOLE = "whole"
 """Profile that simulates all tendons at every step, in the time steps that slack ones need."""
 
 
-def cpu_time(work: Callable[[], object], times: int = 60) -> float:
-    """Return the median CPU time of some work [s], less the first sixth, which warms up."""
+STEPS = {"constant_curvature": 16 * 51, "mujoco": 2 * 51}
+"""Steps that are measured: some of Reach's episodes, of 50 steps and a reset, which come in 16."""
+
+
+def cpu_times(work: Callable[[], object], times: int = 60) -> NDArray[np.float64]:
+    """Return the CPU times of some work [s], after a fifth more, which warms up."""
+    warming = times // 5
     took = []
-    for _ in range(times):
+    for _ in range(warming + times):
         begin = time.process_time()
         work()
         took.append(time.process_time() - begin)
-    return float(np.median(took[times // 6 :]))
+    return np.array(took[warming:])
 
 
-def step_cost(
+def step_times(
     env_id: str,
     physics: str,
     disturbances: str,
@@ -67,8 +73,8 @@ def step_cost(
     robot: str,
     steps: int = 60,
     **keywords: Any,
-) -> float:
-    """Return the median CPU time of a batch's step [s]: other work on the machine has no part."""
+) -> NDArray[np.float64]:
+    """Return the CPU times of a batch's steps [s]: other work on the machine has no part."""
     keywords |= {
         "physics": physics,
         "disturbances": disturbances,
@@ -79,10 +85,10 @@ def step_cost(
     )
     envs.reset(seed=0)
     envs.action_space.seed(0)
-    actions = iter([np.float32(0.3 * envs.action_space.sample()) for _ in range(steps)])
-    cost = cpu_time(lambda: envs.step(next(actions)), steps)
+    actions = cycle([np.float32(0.3 * envs.action_space.sample()) for _ in range(steps)])
+    times = cpu_times(lambda: envs.step(next(actions)), steps)
     envs.close()
-    return cost
+    return times
 
 
 def step_costs(physics: str) -> str:
@@ -93,21 +99,23 @@ def step_costs(physics: str) -> str:
             continue
         robot = keywords.get("robot", "default")
         for batch in (1, 64):
-            ratios, harsh = [], []
+            ratios = []
             for _ in range(3):
-                base = step_cost("clarke_gym/Reach-v0", physics, "none", batch, robot)
-                own = step_cost(env_id, physics, "none", batch, robot)
-                ratios.append(own / base)
-                harsh.append(step_cost(env_id, physics, "harsh", batch, robot) / own)
-            cells = [
-                parse_env_id(env_id)[1],
-                batch,
-                f"{np.median(ratios):.2f}",
-                f"{np.median(harsh):.2f}",
-            ]
+                base, own, harsh = (
+                    step_times(name, physics, disturbances, batch, robot, STEPS[physics])
+                    for name, disturbances in (
+                        ("clarke_gym/Reach-v0", "none"),
+                        (env_id, "none"),
+                        (env_id, "harsh"),
+                    )
+                )
+                step, reach = np.median(own), np.median(base)
+                ratios.append((step / reach, own.mean() / base.mean(), np.median(harsh) / step))
+            medians = [f"{ratio:.2f}" for ratio in np.median(ratios, axis=0)]
+            cells = [parse_env_id(env_id)[1], batch, *medians]
             costs.append("| " + " | ".join(map(str, cells)) + " |")
             print(costs[-1], flush=True)
-    return _COSTS.format(physics=physics, rows="\n".join(costs))
+    return _COSTS.format(physics=physics, steps=STEPS[physics], rows="\n".join(costs))
 
 
 def added_costs() -> str:
@@ -148,8 +156,8 @@ def _shares(
     """Return the CPU times of some work over that of a step of Reach, medians of five ratios."""
     found = []
     for _ in range(5):
-        reach = step_cost("clarke_gym/Reach-v0", "constant_curvature", "none", batch, robot)
-        found.append([cpu_time(part) / reach for part in parts])
+        reach = step_times("clarke_gym/Reach-v0", "constant_curvature", "none", batch, robot)
+        found.append([np.median(cpu_times(part)) / np.median(reach) for part in parts])
     shares: NDArray[np.floating[Any]] = np.median(found, axis=0)
     return shares
 
@@ -166,7 +174,8 @@ def disturbance_costs() -> str:
             def cost(name: str, batch: int = batch, **keywords: Any) -> float:
                 steps = 24
                 reach = "clarke_gym/Reach-v0"
-                return step_cost(reach, "mujoco", name, batch, "default", steps, **keywords)
+                times = step_times(reach, "mujoco", name, batch, "default", steps, **keywords)
+                return float(np.median(times))
 
             folded, whole = cost("none"), cost("none", profile=WHOLE)
             ratios.setdefault((WHOLE, batch), []).append((whole / folded, 1.0))
@@ -212,11 +221,13 @@ _HEAD = """# What tasks and disturbances cost
 
 _COSTS = """What a step costs, {physics}
 
-Over Reach with the same robot and batch; then `harsh` over `none`. Medians of three ratios of CPU
-times, measured side by side; the rows of Reach over itself show how far they scatter.
+CPU time over Reach's with the same robot and batch, the median of {steps} steps, and their mean,
+which has part in what comes now and then: resets, episodes that are prepared, paths told ahead.
+Then the median step under `harsh` over that under `none`. Medians of three ratios, measured side
+by side; the rows of Reach over itself show how far they scatter.
 
-| task | batch | over Reach | harsh over none |
-|---|---|---|---|
+| task | batch | median step | mean, with resets | harsh over none |
+|---|---|---|---|---|
 {rows}
 """
 

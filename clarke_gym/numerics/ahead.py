@@ -33,7 +33,7 @@ class Ahead:
     """
 
     def __init__(self, previews: int = 0) -> None:
-        self._previews = previews
+        self._count = STEPS + previews
         self._told: FloatArray | None = None
 
     def forget(self, rows: NDArray[np.intp] | None = None) -> None:
@@ -49,31 +49,24 @@ class Ahead:
         What is not known is asked of `tell`, whose rows come several times.
         """
         if self._told is None:
-            self._first = STEPS * np.arange(len(steps))
+            self._first = self._count * np.arange(len(steps))
             self._from = np.full(len(steps), -STEPS, dtype=np.int64)
         place = steps - self._from
         known = place.view(np.uint64) < STEPS  # as unsigned, what is before is far behind
         if np.count_nonzero(known) < len(known):
             late = np.flatnonzero(~known)
             self._from[late], place[late] = steps[late], 0
-            told = self._windows(late, steps[late], tell)
+            then = steps[late, None] + np.arange(self._count)
+            told = tell(np.repeat(late, self._count), then.reshape(-1))
             if self._told is None:
-                self._told = told
+                self._told = np.ascontiguousarray(told)
             else:
-                self._told[late] = told
-        assert self._told is not None
-        windows = self._told.reshape(-1, self._told.shape[2])
-        self._found = windows.take(place + self._first, axis=0)
+                windows = self._told.reshape(len(steps), self._count, -1)
+                windows[late] = told.reshape(len(late), self._count, -1)
+        self._now = self._first + place
         return self.later(0)
 
     def later(self, ahead: int) -> FloatArray:
         """Return the numbers some steps after those of the last `at`."""
-        size = self._found.shape[1] // (self._previews + 1)
-        return self._found[:, ahead * size : (ahead + 1) * size]
-
-    def _windows(self, rows: NDArray[np.intp], steps: NDArray[np.int64], tell: Tell) -> FloatArray:
-        """Return the numbers of some rows from some steps on, and beside them those to come."""
-        count = STEPS + self._previews
-        then = steps[:, None] + np.arange(count)
-        told = tell(np.repeat(rows, count), then.reshape(-1)).reshape(len(rows), count, -1)
-        return np.concatenate([told[:, k : k + STEPS] for k in range(self._previews + 1)], axis=2)
+        assert self._told is not None
+        return self._told.take(self._now + ahead, axis=0)

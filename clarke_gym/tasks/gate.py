@@ -11,8 +11,8 @@ from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.physics.base import hull_radius
 from clarke_gym.robots import Robot
 from clarke_gym.robots.scene import Capsule, Scene
-from clarke_gym.tasks.base import register_task
-from clarke_gym.tasks.obstructed import ObstructedTask
+from clarke_gym.tasks.base import BoolArray, register_task
+from clarke_gym.tasks.obstructed import PATH_POINTS, ObstructedTask
 
 CAGE = 0.35
 """Radius of the ring of bars, over the robot's length."""
@@ -113,8 +113,9 @@ class Gate(ObstructedTask):
         shapes = kinematics.sample_dome(uniforms, self.robot.max_bending)
         tips = kinematics.forward(shapes, self.robot.lengths)[0]
         good = np.hypot(tips[..., 0], tips[..., 1]) >= self._outside
-        way = self.leg(np.zeros_like(shapes[good]), shapes[good])
-        good[good] = self.gaps(way, self.scene.numbers).min(-1) >= MARGIN * self.hull_m
+        # Most ways that bars block are blocked at their ends, which are looked at first.
+        good[good] = self._clear(kinematics.backbone(shapes[good], self.robot.lengths, PATH_POINTS))
+        good[good] = self._clear(self.leg(np.zeros_like(shapes[good]), shapes[good]))
         # Where no candidate will do, an even bend through the middle of an opening does.
         index = np.floor(numbers[:, -2:] * self.n_bars)
         angle = 2.0 * np.pi * index / self.n_bars
@@ -126,3 +127,8 @@ class Gate(ObstructedTask):
         chosen = np.where(good.any(-1)[..., None, None], picked, plain)
         start = chosen[:, 0] if self._random_start else np.zeros_like(chosen[:, 0])
         return start, self.tips(chosen[:, 1])
+
+    def _clear(self, points: FloatArray) -> BoolArray:
+        """Return whether robots through points (R, P, 3) [m] keep their distance from all bars."""
+        clear: BoolArray = self.gaps(points, self.scene.numbers).min(-1) >= MARGIN * self.hull_m
+        return clear
