@@ -53,6 +53,9 @@ WHOLE = "whole"
 STEPS = {"constant_curvature": 16 * 51, "mujoco": 2 * 51}
 """Steps that are measured: some of Reach's episodes, of 50 steps and a reset, which come in 16."""
 
+ROUNDS = {"constant_curvature": 7, "mujoco": 3}
+"""Times that they are measured."""
+
 
 def cpu_times(work: Callable[[], object], times: int = 60) -> NDArray[np.float64]:
     """Return the CPU times of some work [s], after a fifth more, which warms up."""
@@ -100,7 +103,7 @@ def step_costs(physics: str) -> str:
         robot = keywords.get("robot", "default")
         for batch in (1, 64):
             ratios = []
-            for _ in range(3):
+            for _ in range(ROUNDS[physics]):
                 base, own, harsh = (
                     step_times(name, physics, disturbances, batch, robot, STEPS[physics])
                     for name, disturbances in (
@@ -115,7 +118,8 @@ def step_costs(physics: str) -> str:
             cells = [parse_env_id(env_id)[1], batch, *medians]
             costs.append("| " + " | ".join(map(str, cells)) + " |")
             print(costs[-1], flush=True)
-    return _COSTS.format(physics=physics, steps=STEPS[physics], rows="\n".join(costs))
+    rows, steps, rounds = "\n".join(costs), STEPS[physics], ROUNDS[physics]
+    return _COSTS.format(physics=physics, steps=steps, rounds=rounds, rows=rows)
 
 
 def added_costs() -> str:
@@ -223,7 +227,7 @@ _COSTS = """What a step costs, {physics}
 
 CPU time over Reach's with the same robot and batch, the median of {steps} steps, and their mean,
 which has part in what comes now and then: resets, episodes that are prepared, paths told ahead.
-Then the median step under `harsh` over that under `none`. Medians of three ratios, measured side
+Then the median step under `harsh` over that under `none`. Medians of {rounds} ratios, measured side
 by side; the rows of Reach over itself show how far they scatter.
 
 | task | batch | median step | mean, with resets | harsh over none |
