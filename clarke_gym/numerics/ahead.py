@@ -59,7 +59,7 @@ class Ahead:
             then = steps[late, None] + np.arange(self._count)
             told = tell(np.repeat(late, self._count), then.reshape(-1))
             if self._told is None:
-                self._told = np.ascontiguousarray(told)
+                self._told = np.array(told, order="C")  # ours to write to
             else:
                 windows = self._told.reshape(len(steps), self._count, -1)
                 windows[late] = told.reshape(len(late), self._count, -1)

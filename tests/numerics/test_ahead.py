@@ -34,3 +34,11 @@ def test_what_is_forgotten_is_told_anew():
     np.testing.assert_array_equal(kept.at(steps, tell)[:, 0], [0.0, 1.0, 0.0])
     kept.forget()
     np.testing.assert_array_equal(kept.at(steps, tell)[:, 0], [1.0, 1.0, 1.0])
+
+
+def test_what_is_told_is_not_written_to():
+    table = np.arange(4.0 * STEPS)[:, None]
+    kept, steps = Ahead(), np.zeros(2, np.int64)
+    kept.at(steps, lambda rows, steps: table[: len(rows)])
+    kept.at(steps + STEPS, lambda rows, steps: table[-len(rows) :])
+    np.testing.assert_array_equal(table[:, 0], np.arange(4.0 * STEPS))
