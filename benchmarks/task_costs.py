@@ -226,7 +226,8 @@ _HEAD = """# What tasks and disturbances cost
 _COSTS = """What a step costs, {physics}
 
 CPU time over Reach's with the same robot and batch, the median of {steps} steps, and their mean,
-which has part in what comes now and then: resets, episodes that are prepared, paths told ahead.
+which has part in what comes now and then: resets, paths told ahead and, over hundreds of steps,
+episodes that are prepared in advance.
 Then the median step under `harsh` over that under `none`. Medians of {rounds} ratios, measured side
 by side; the rows of Reach over itself show how far they scatter.
 
