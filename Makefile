@@ -32,7 +32,7 @@ compare: $(TRAIN)  ## the main job: PPO on raw against Clarke coordinates, n = 3
 
 test: $(STAMP)  ## the whole test suite
 	@echo "==> running the tests"
-	@$(BIN)/python -m pytest -n auto
+	@$(BIN)/python -m pytest -n auto --maxschedchunk 8
 
 test-browser: $(STAMP)  ## the explorer and reports in chromium, and the explorer's JavaScript in node
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group browser

@@ -64,8 +64,9 @@ def page() -> str:
         if entry.__module__.startswith("clarke_gym."):
             parts[-1] += f"\n| `{name}` | {_first_line(entry)} | {', '.join(entry.physics)} |"
     parts.append(
-        'A strength follows a name where it is not 1: `disturbances="payload=0.5+push"`. Presets '
-        "have these strengths, and leave out what has no meaning in the physics:"
+        'A strength follows a name where it is not 1: `disturbances="payload=0.5+push"`. What is '
+        "named first acts first: noise, then steps. Presets have these strengths, and leave out "
+        "what has no meaning in the physics:"
     )
     parts.append("| preset | disturbances |\n|---|---|")
     for name, strengths in PRESETS.items():

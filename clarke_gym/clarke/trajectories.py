@@ -131,7 +131,7 @@ class Trajectory:
                 f"{tuple(start.shape)} and {tuple(goal.shape)}"
             )
         gap = goal - start
-        pairs = gap.reshape(*gap.shape[:-1], -1, 2)
+        pairs = gap.reshape(*gap.shape[:-1], gap.shape[-1] // 2, 2)
         xp = array_namespace(gap)
         square = xp.amax((pairs * pairs).sum(-1), -1)
         still = square == 0.0

@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from clarke_gym.envs.face import Face
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.representations import Representation
-from clarke_gym.wrappers import RepresentationAction, RepresentationObservation
-from clarke_gym.wrappers.vector import RepresentationAction as VectorAction
-from clarke_gym.wrappers.vector import RepresentationObservation as VectorObservation
+from clarke_gym.wrappers.codec import action_codec, observation_codec, place_of
 
 NEEDED = ("command", "displacement")
 """Sensors that controllers read."""
@@ -51,6 +48,7 @@ class JointInterface:
         face = env.unwrapped
         if not isinstance(face, Face):
             raise TypeError(f"a controller needs a clarke_gym environment, got {env!r}")
+        self._face = face
         self.task: Any = face.task
         missing = [name for name in self.needed() if name not in face.sensors]
         if missing:
@@ -58,17 +56,11 @@ class JointInterface:
         self.robot, self.control_dt = face.robot, face.control_dt
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
-        self._action = _written_in(
-            env, (RepresentationAction, VectorAction), face.action_representation
-        )
-        self._observation = _written_in(
-            env, (RepresentationObservation, VectorObservation), face.observation_representation
-        )
+        acts, observes = action_codec(env), observation_codec(env)
+        self._action = acts.representation if acts else face.action_representation
+        self._observation = observes.representation if observes else face.observation_representation
         self._blocks = [block for block in face.sensors.values() if block.reach is not None]
-        self._face = face
-        # A wrapper's joint-space blocks have another width than the environment's.
-        wider = self._observation.size - face.observation_representation.size
-        self._shift = len(self._blocks) * wider
+        self._places = {name: place_of(env, block) for name, block in face.sensors.items()}
 
     def needed(self) -> tuple[str, ...]:
         """Return the names of the sensors that are read."""
@@ -76,9 +68,9 @@ class JointInterface:
 
     def joints(self, observation: Any) -> dict[str, FloatArray]:
         """Return what sensors in joint space tell as Clarke coordinates [SI], (B, S, 2) each."""
-        rows, size, pairs = self._rows(observation), self._observation.size, {}
-        for k, block in enumerate(self._blocks):
-            joints = self._observation.decode(rows[:, k * size : (k + 1) * size]) * block.scale
+        rows, pairs = self._rows(observation), {}
+        for block in self._blocks:
+            joints = self._observation.decode(rows[:, self._places[block.name]]) * block.scale
             pairs[block.name] = (joints @ self.robot.encoder.T).reshape(len(rows), -1, 2)
         return pairs
 
@@ -141,7 +133,6 @@ class ManifoldInterface(JointInterface):
         super().__init__(env)
         goal, sensors = self.task.goal, self._face.sensors
         self._shown, self._goal_scale = goal.shown, goal.observed_scale
-        self._goal, self._gap = sensors.get("goal"), sensors.get("goal_gap")
         self._tip = sensors["tip_position"] if goal.is_position else None
 
     def needed(self) -> tuple[str, ...]:
@@ -152,41 +143,28 @@ class ManifoldInterface(JointInterface):
                 f"the controllers need a goal to plan for; {type(self.task).__name__} has none"
             )
         self.is_position: bool = goal.is_position
-        return (*NEEDED, "tip_position") if goal.is_position else NEEDED
+        if goal.is_position:
+            return (*NEEDED, "tip_position")
+        return NEEDED if self._face.config.goal_env else (*NEEDED, "goal_gap")
 
     def sense(self, observation: Any) -> Sensed:
         """Return the observations (B, k), or a dictionary of them, in SI units."""
         rows, pairs = self._rows(observation), self.joints(observation)
         as_dict = isinstance(observation, dict)
-        if as_dict or self._goal is None:
+        if as_dict or "goal" not in self._places:
             goal = np.atleast_2d(observation["desired_goal"]).astype(np.float64)[:, self._shown]
         else:
-            goal = self._task_block(rows, self._goal.place)
+            goal = rows[:, self._places["goal"]]
         if self._tip is not None:
-            achieved = self._task_block(rows, self._tip.place) * self._tip.scale
+            achieved = rows[:, self._places["tip_position"]] * self._tip.scale
         elif as_dict:
             achieved = np.atleast_2d(observation["achieved_goal"]).astype(np.float64)
             achieved = achieved[:, self._shown] * self._goal_scale
         else:
-            assert self._gap is not None
-            achieved = (goal - self._task_block(rows, self._gap.place)) * self._goal_scale
+            achieved = (goal - rows[:, self._places["goal_gap"]]) * self._goal_scale
         return Sensed(pairs["command"], pairs["displacement"], achieved, goal * self._goal_scale)
 
     @property
     def goal_scale(self) -> Any:
         """What the goal's numbers are divided by where policies see them."""
         return self._goal_scale
-
-    def _task_block(self, rows: FloatArray, place: slice) -> FloatArray:
-        return rows[:, place.start + self._shift : place.stop + self._shift]
-
-
-def _written_in(env: Any, wrappers: tuple[type, ...], own: Representation) -> Representation:
-    """Return the representation of a wrapper that was put on by hand, or the environment's own."""
-    layer = env
-    while layer is not layer.unwrapped:
-        if isinstance(layer, wrappers):
-            representation: Representation = layer.representation  # type: ignore[attr-defined]
-            return representation
-        layer = layer.env
-    return own

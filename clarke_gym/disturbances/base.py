@@ -39,6 +39,8 @@ class Disturbance:
     """Uniform random numbers an episode."""
     twins: ClassVar[Mapping[str, type[Disturbance]]] = {}
     """Who stands for it in physics that simulate what it does, by their names."""
+    strongest: ClassVar[float] = 10.0
+    """Largest strength that leaves a robot that there can be."""
     hidden: ClassVar[int] = 0
     """How many of them, the first ones, tell what disturbs: the sensor "hidden" shows them."""
 

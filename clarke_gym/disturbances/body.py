@@ -19,7 +19,7 @@ MOST_PUSH_N = 0.1
 """Largest force of a push on the tip."""
 
 PUSH_STEPS, REST_STEPS = 4, 12
-"""Control periods that a push lasts, and that one comes after another at the earliest."""
+"""Control periods that a push lasts, and that are left of the window which has one push."""
 
 MOST_TILT_RAD = math.radians(20.0)
 """Largest tilt of the base."""
@@ -44,6 +44,8 @@ class Payload(Simulated):
 class BackboneStiffness(Simulated):
     """The backbone is up to 30 % softer or stiffer, drawn for every episode."""
 
+    strongest: ClassVar[float] = 0.9 / STIFFER
+
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
         """Return factors."""
         return {"stiffness": 1.0 + STIFFER * self.strength * (2.0 * numbers[:, 0] - 1.0)}
@@ -52,6 +54,8 @@ class BackboneStiffness(Simulated):
 @register_disturbance("damping")
 class Damping(Simulated):
     """The backbone is damped up to 50 % less or more, drawn for every episode."""
+
+    strongest: ClassVar[float] = 1.0 / LESS_DAMPED
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
         """Return factors."""
@@ -62,6 +66,7 @@ class Damping(Simulated):
 class BaseTilt(Simulated):
     """The base is mounted up to 20 degrees off, in a direction drawn for every episode."""
 
+    strongest: ClassVar[float] = 9.0  # upside down
     numbers: ClassVar[int] = 2
     hidden: ClassVar[int] = 2
 
@@ -75,7 +80,7 @@ class BaseTilt(Simulated):
 
 @register_disturbance("push")
 class Push(Simulated):
-    """Pushes on the tip, up to 0.1 N in any direction, for 0.2 s every 0.8 s at most."""
+    """Pushes on the tip, up to 0.1 N in any direction: one of 4 steps somewhere in every 16."""
 
     hidden: ClassVar[int] = 0
 

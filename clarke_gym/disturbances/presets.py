@@ -32,8 +32,8 @@ PRESETS: dict[str, dict[str, float]] = {
         "misplacement": 1.0,
         "backlash": 0.6,
         "friction": 0.5,
-        "quantisation": 0.08,
         "sensor_noise": 0.1,
+        "quantisation": 0.08,
         "command_delay": 0.5,
         "backbone_stiffness": 0.5,
         "damping": 0.5,
@@ -53,8 +53,8 @@ def parse(text: str | None, physics: str) -> dict[str, float]:
     ----------
     text : str or None
         Names with "+" between them, each of a disturbance or a preset and, where it is not 1, with
-        a strength: "payload=0.5+push". Disturbances that a preset has twice are as strong as the
-        last one says.
+        a strength: "payload=0.5+push". They act in this order: noise before quantisation comes in
+        steps. One that is named twice is as strong as the last one says.
     physics : str
         Presets leave out what has no meaning there.
 
@@ -82,7 +82,7 @@ def parse(text: str | None, physics: str) -> dict[str, float]:
         if name in PRESETS:
             for key, share in PRESETS[name].items():
                 if physics in DISTURBANCES[key].physics:
-                    strengths[key] = share * strength
+                    strengths[key] = _possible(key, share * strength, part)
             continue
         if name not in DISTURBANCES:
             names = [*PRESETS, *DISTURBANCES.names()]
@@ -93,7 +93,7 @@ def parse(text: str | None, physics: str) -> dict[str, float]:
                 f"disturbance {name!r} has no meaning with physics={physics!r}; {list(having)} "
                 "have it"
             )
-        strengths[name] = strength
+        strengths[name] = _possible(name, strength, part)
     return strengths
 
 
@@ -104,6 +104,17 @@ def _strength(name: str, text: str) -> float:
         strength = -1.0
     if not 0.0 < strength <= 10.0:
         raise ValueError(f"strength of {name!r} must be a number above 0, at most 10, got {text!r}")
+    return strength
+
+
+def _possible(name: str, strength: float, part: str) -> float:
+    """Return the strength of a disturbance, which leaves a robot that there can be."""
+    most = DISTURBANCES[name].strongest
+    if strength > most:
+        raise ValueError(
+            f"strength of {name!r} must be at most {most:g}, beyond which there is no such robot; "
+            f"got {part.strip()!r}, which makes it {strength:g}"
+        )
     return strength
 
 

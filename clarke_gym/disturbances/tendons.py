@@ -111,6 +111,7 @@ class Misplacement(_PerTendon):
 class UnequalRadii(_PerTendon):
     """Tendons are up to a fifth nearer to the backbone, or farther, drawn for every episode."""
 
+    strongest: ClassVar[float] = 0.9 / MOST_UNEQUAL
     count: ClassVar[int] = 1
 
     def layout(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -149,6 +150,7 @@ class Helical(OtherLayout):
     :math:`\mathrm{sinc}(\tau/2)`.
     """
 
+    strongest: ClassVar[float] = 3.0  # at 4 what is displaced around a full turn cancels
     numbers: ClassVar[int] = 1
     hidden: ClassVar[int] = 1
     twins: ClassVar[Mapping[str, type[Disturbance]]] = {"mujoco": _Wound}

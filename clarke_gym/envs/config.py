@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 from clarke_gym.disturbances import parse
@@ -147,6 +148,9 @@ class EnvConfig:
             check_count(name, getattr(self, name), 16, 4096)
         if not isinstance(self.goal_env, bool):
             raise TypeError(f"goal_env must be true or false, got {self.goal_env!r}")
+        if isinstance(self.robot, str) and self.robot.endswith((".yaml", ".yml")):
+            # Copies and pickles find the file from another working directory, too.
+            object.__setattr__(self, "robot", str(Path(self.robot).absolute()))
 
     @classmethod
     def from_keywords(cls, **keywords: Any) -> EnvConfig:

@@ -247,9 +247,8 @@ class EnvCore:
     def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
         """Return the outcome of the current state, which episodes fail, and what `info` holds."""
         outcome, state = self.outcome(), self.physics.state
-        ended = state.diverged
-        if outcome.failure is not None:
-            ended = ended | outcome.failure
+        failure = outcome.failure
+        ended = state.diverged.copy() if failure is None else state.diverged | failure
         info = {**outcome.metrics, "is_success": outcome.success}
         if self._tallies:
             info.update(self._tally.over(outcome.metrics, self.episode.steps))
@@ -361,6 +360,7 @@ class EnvCore:
             "episode": self.episode.get_state(),
             "command": self._command.get_state(),
             "tally": self._tally.get_state(),
+            "bodies": self.physics.surroundings.numbers.copy(),
             "difficulty": self.task.difficulty,
             "disturbances": [
                 {"drawn": disturbance.drawn.copy(), "own": disturbance.get_state()}
@@ -373,7 +373,7 @@ class EnvCore:
         self.task.set_difficulty(state["difficulty"])
         self.episode.set_state(state["episode"])
         if self.task.scene.placed and self.episode.begun:
-            self._place(np.arange(self.batch.size))
+            self.physics.place(np.arange(self.batch.size), state["bodies"])
         for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
             disturbance.drawn = kept["drawn"].copy()
             disturbance.set_state(kept["own"])

@@ -113,6 +113,11 @@ class ContinuumRobotEnv(Face, gym.Env[Any, NDArray[np.float32]]):
         super().restore(state)
         self._share_generator()
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Return from a pickle or a copy."""
+        self.__dict__.update(state)
+        self._share_generator()
+
     def _share_generator(self) -> None:
         """Let Gymnasium's face of the environment show the generator of its episodes."""
         self._np_random = self._core.episode.generators[0]

@@ -193,7 +193,7 @@ class Episode:
 
     def _prepare_rows(self, rows: NDArray[np.intp]) -> None:
         numbers = self._numbers[rows]
-        parts = self._begin(numbers.reshape(-1, numbers.shape[-1]))
+        parts = self._begin(numbers.reshape(len(rows) * self._block, numbers.shape[-1]))
         for kept, part in zip(self._prepared, parts, strict=True):
             kept[rows] = part.reshape(len(rows), self._block, *part.shape[1:])
 

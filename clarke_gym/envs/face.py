@@ -86,6 +86,9 @@ class Face:
     def set_difficulty(self, difficulty: float | str) -> None:
         """Make the episodes that begin from now on easier or harder, for curricula.
 
+        What an episode was laid out with stays its own: goals, paths, bodies, loads. Tolerances,
+        pushes and pulls are the task's, and change at once.
+
         Parameters
         ----------
         difficulty : float or str

@@ -16,9 +16,11 @@ from clarke_gym.robots.joint_vector import JointVector
 class CommandLimits:
     """Turns actions into commands that the drives can follow.
 
-    The part of an increment on the manifold is saturated radially, segment by segment, at the
-    tendons' speed limit; so is the resulting bend at its limit. The off-manifold part is scaled
-    down where a tendon would pass the speed or the co-contraction limit.
+    One after the other: the part of an increment on the manifold is saturated radially, segment by
+    segment, at the tendons' speed limit; then the resulting bends are at theirs, which can move
+    the tendons of later segments further in that step than their speed does. The off-manifold part
+    has the speed limit for itself: it is scaled down where it alone would take a tendon beyond
+    that, or beyond the co-contraction limit.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ class CommandLimits:
         Returns
         -------
         JointVector
-            The new command [m], inside every limit.
+            The new command [m], inside the limits of bends and co-contraction.
         """
         held, asked = command.parts, action.parts
         parts: list[Number] = []

@@ -158,9 +158,9 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
         if len(restart):
             core.reset(restart)
         outcome, terminated, info = core.evaluate()
-        reward, truncated = outcome.reward, core.episode.truncated
-        if len(restart):
-            reward[restart] = 0.0
+        reward, truncated = np.array(outcome.reward, np.float64), core.episode.truncated
+        if len(restart):  # a step that begins an episode tells its first observation alone
+            reward[restart], terminated[restart] = 0.0, False
         infos = self._masked(info, None)
         self._done = terminated | truncated
         observation = core.observe()
@@ -168,7 +168,7 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
             rows = self._all[self._done]
             infos["final_obs"] = self._final_observation(observation, rows)
             infos["final_info"] = self._masked(info, self._done)
-            infos["_final_obs"] = infos["_final_info"] = self._done
+            infos["_final_obs"], infos["_final_info"] = self._done, self._done.copy()
             core.reset(rows)
             self._done = np.zeros(self.num_envs, dtype=bool)
             infos.update(self._masked(core.evaluate()[2], None))
@@ -209,9 +209,10 @@ class ContinuumRobotVectorEnv(Face, gym.vector.VectorEnv[Any, Any, Any]):
         return final
 
     def _masked(self, info: dict[str, Any], mask: BoolArray | None) -> dict[str, Any]:
-        """Add Gymnasium's ``_name`` masks, which tell the rows that hold a value."""
+        """Return copies with Gymnasium's ``_name`` masks, which tell the rows that hold a value."""
         given = np.ones(self.num_envs, dtype=bool) if mask is None else mask
-        return {**info, **{f"_{name}": given for name in info}}
+        masks = {f"_{name}": given.copy() for name in info}
+        return {**{name: np.array(value) for name, value in info.items()}, **masks}
 
     def _check_mask(self, mask: Any) -> BoolArray:
         if mask is None:

@@ -93,8 +93,17 @@ class Sb3VecEnv(VecEnv):
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> VecEnvObs:
-        """Reset every environment with the seeds of the last call of `seed`, once."""
-        observation, info = self.env.reset(seed=self._seeds)  # type: ignore[arg-type]
+        """Reset every environment with the seeds and options that were set for this once.
+
+        Raises
+        ------
+        ValueError
+            If `set_options` gave environments options of different names.
+        """
+        observation, info = self.env.reset(
+            seed=self._seeds,  # type: ignore[arg-type]
+            options=self._stacked_options(),
+        )
         self.reset_infos = [_row(info, i) for i in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
@@ -115,8 +124,14 @@ class Sb3VecEnv(VecEnv):
                 infos[i] = _row(info, i)
                 infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
                 infos[i]["terminal_observation"] = _index(observation, i)
-            observation, _ = self.env.reset(options={"reset_mask": done})
+            observation, info = self.env.reset(options={"reset_mask": done})
+            for i in np.flatnonzero(done).tolist():
+                self.reset_infos[i] = _row(info, i)
         return observation, reward.astype(np.float32), done, infos
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """Return a picture of each environment."""
+        return self.env.render() or ()  # type: ignore[return-value]
 
     def close(self) -> None:
         """Close the environment."""
@@ -139,7 +154,10 @@ class Sb3VecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Return what a method of the environment returns, once for each index."""
+        """Return what a method of the environment returns, once for each index.
+
+        It is called once, and acts on all environments.
+        """
         result = getattr(self.env.unwrapped, method_name)(*method_args, **method_kwargs)
         return [result] * len(self._indices(indices))
 
@@ -149,6 +167,15 @@ class Sb3VecEnv(VecEnv):
         """Return False: no scalar wrapper is inside a batched environment."""
         del wrapper_class
         return [False] * len(self._indices(indices))
+
+    def _stacked_options(self) -> dict[str, Any] | None:
+        """Return the options of all environments as the batch takes them: a row each."""
+        first, *others = (dict(options) for options in self._options)
+        if any(other.keys() != first.keys() for other in others):
+            raise ValueError(f"options must have the same names for all, got {self._options!r}")
+        if not first:
+            return None
+        return {name: np.stack([options[name] for options in self._options]) for name in first}
 
     def _indices(self, indices: VecEnvIndices) -> Sequence[int]:
         return list(self._get_indices(indices))

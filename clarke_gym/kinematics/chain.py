@@ -12,6 +12,7 @@ Clarke coordinates is the paper's (Grassmann and Burgner-Kahrs).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -185,44 +186,55 @@ class SpaceChain:
     ) -> Array:
         """Return curvature vectors [1/m] (..., S, 2) that bring the tip to a pose.
 
-        One segment has the closed form that points the tip at `position`; several are solved by
-        `inverse_kinematics` within the robot's bending limits.
+        One segment has the closed form that points the tip at `position`; several, an orientation
+        and what tells the search are left to `inverse_kinematics`. The robot's bending limits hold.
 
         Parameters
         ----------
         position : array, shape (..., 3)
             [m].
         quaternion : array, shape (..., 4), optional
-            Orientation to match, too; one segment's follows from its position.
+            Orientation to match, too.
         **search
             Keyword arguments of `clarke_gym.kinematics.inverse_chain.inverse_kinematics`.
 
         Raises
         ------
         ValueError
-            If the tip cannot be brought within 1e-6 of the robot's length; the message says how
-            near.
+            If the tip cannot be brought within 1e-6 of the robot's length, or not within its
+            bending limit; the message says how near, or how far it would have to bend.
 
         Examples
         --------
         >>> SpaceChain(Robot()).f_ind_inverse(np.array([0.0, 0.0, 0.2]))
         array([[0., 0.]])
         """
-        if self.robot.n_segments == 1:
+        if self.robot.n_segments == 1 and quaternion is None and not search:
             bending, gap = segment_inverse(position, self.robot.length_m)
-            bending, error = bending[..., None, :], abs(gap) / self.robot.length_m
+            bending, error = self._within(bending[..., None, :]), abs(gap) / self.robot.length_m
         else:
             search = {"max_bending": self.robot.max_bending, **search}
             bending, error = inverse_kinematics(
                 position, self.robot.lengths, quaternion=quaternion, **search
             )
-        worst = float(error.max())
-        if worst > 1e-6:
+        worst = float(error.max()) if math.prod(error.shape) else 0.0
+        if not worst <= 1e-6:
             raise ValueError(
                 f"no shape found for the pose: the nearest misses by {100.0 * worst:.3g} % of the "
                 "robot's length"
             )
         return bending / self._lengths_like(bending)
+
+    def _within(self, bending: Array) -> Array:
+        """Return the bend of a robot of one segment, or say that it is beyond its limit."""
+        size, limit = (bending * bending).sum(-1) ** 0.5, float(self.robot.max_bending[0])
+        most = float(size.max()) if math.prod(size.shape) else 0.0
+        if most > limit * (1.0 + 1e-9):
+            raise ValueError(
+                f"no shape found for the pose: it takes a bend of {most:.6g} rad, beyond the "
+                f"robot's limit of {limit:.6g} rad"
+            )
+        return bending
 
     # --- Jacobians ------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -253,7 +254,7 @@ def inverse_kinematics(
     r"""Return bending vectors of segments in series that bring the tip to a pose.
 
     Levenberg's damped steps, limits kept by radial saturation, repeated from a fixed list of
-    starts for the rows that have not arrived. A torch position gets one more Newton step with
+    starts for the rows that have not arrived. A torch pose gets one more Newton step with
     gradient, so that the derivative of the result is the Jacobian's pseudo-inverse.
 
     Parameters
@@ -297,7 +298,9 @@ def inverse_kinematics(
     """
     position = as_floating(position, "position")
     if array_namespace(position) is not np:
-        return _torch_inverse(position, lengths, quaternion, max_bending, start, tolerance)
+        search = {"start": start, "starts": starts, "iterations": iterations}
+        search |= {"max_bending": max_bending, "tolerance": tolerance}
+        return _torch_inverse(position, lengths, quaternion, search)
     if position.ndim == 0 or position.shape[-1] != 3:
         raise ValueError(f"position must have a last axis of 3, got {tuple(position.shape)}")
     batch, count = position.shape[:-1], len(lengths)
@@ -354,27 +357,26 @@ def _torch_inverse(
     position: Array,
     lengths: Sequence[float] | FloatArray,
     quaternion: Array | None,
-    max_bending: Array,
-    start: Array | None,
-    tolerance: float,
+    search: dict[str, Any],
 ) -> tuple[Array, Array]:
     torch = sys.modules["torch"]
+    if quaternion is not None:
+        quaternion = torch.as_tensor(quaternion, dtype=position.dtype, device=position.device)
     with torch.no_grad():
         given = [
             None if value is None else value.detach().cpu().double().numpy()
             for value in (position, quaternion)
         ]
-        bending, error = inverse_kinematics(
-            given[0],
-            lengths,
-            quaternion=given[1],
-            max_bending=max_bending,
-            start=start,
-            tolerance=tolerance,
-        )
+        bending, error = inverse_kinematics(given[0], lengths, quaternion=given[1], **search)
     found = matrix_like(bending, position)
-    if quaternion is None:  # Newton: the solution moves with the goal by the pseudo-inverse
-        jacobian = tip_jacobian(found, lengths)[..., :3, :]
-        step = torch.linalg.pinv(jacobian) @ (position - position.detach())[..., None]
-        found = found + step[..., 0].reshape(found.shape)
-    return found, matrix_like(error, position)
+    # Newton: the solution moves with the goal by the pseudo-inverse.
+    moved, jacobian = position - position.detach(), tip_jacobian(found, lengths)
+    if quaternion is None:
+        jacobian = jacobian[..., :3, :]
+    else:
+        before = quaternion.detach()
+        back = before * before.new_tensor([1.0, -1.0, -1.0, -1.0]) / (before**2).sum(-1, True)
+        turned = 2.0 * quaternion_multiply(quaternion, back)[..., 1:]
+        moved = torch.cat(torch.broadcast_tensors(moved, turned), -1)
+    step = torch.linalg.pinv(jacobian) @ moved[..., None]
+    return found + step[..., 0].reshape(found.shape), matrix_like(error, position)

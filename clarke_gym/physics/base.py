@@ -204,7 +204,7 @@ class RobotState:
 
     @property
     def velocity(self) -> FloatArray:
-        """Rate of every tendon's displacement [m/s], shape (B, N)."""
+        """Rate at which the shape moves every tendon [m/s], shape (B, N)."""
         return self._offered("velocity")
 
     @property

@@ -121,7 +121,10 @@ class ConstantCurvature:
 
     @property
     def velocity(self) -> FloatArray:
-        """Mean rate of every tendon's displacement over the last control period [m/s], (B, N)."""
+        """Mean rate at which the shape moved every tendon in the last control period, (B, N).
+
+        In m/s. What is off the manifold strains tendons and moves no shape.
+        """
         return map_rows(self._rates().reshape(self.batch.size, -1), self.robot.decoder.T)
 
     @property

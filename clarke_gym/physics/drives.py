@@ -38,7 +38,7 @@ class Drives:
         tau = robot.actuator_time_constant_s
         self._gain = 1.0 if tau == 0.0 else -math.expm1(-control_dt / tau)
         reach = robot.tendon_speeds * control_dt
-        # Environments keep to the rate limit; the margin leaves their commands' bits alone.
+        # Environments mostly keep to the rate limit; the margin leaves such commands' bits alone.
         reach = reach * (1.0 + 1e-9) if limited else np.full_like(reach, math.inf)
         # With the place of a segment's first component.
         self._reach = list(zip(range(0, 2 * len(reach), 2), reach.tolist(), strict=True))

@@ -15,6 +15,8 @@ PLAUSIBLE: dict[str, tuple[float, float, str]] = {
     "length_m": (1e-3, 10.0, "m"),
     "pitch_radius_m": (1e-4, 0.5, "m"),
     "max_bending_rad": (1e-3, 6.2832, "rad"),
+    "tendon_angles_rad": (-12.567, 12.567, "rad"),
+    "tendon_radii_m": (1e-4, 0.5, "m"),
     "backbone_diameter_m": (1e-5, 0.1, "m"),
     "youngs_modulus_pa": (1e4, 1e12, "Pa"),
     "shear_modulus_pa": (1e3, 1e12, "Pa"),
@@ -29,6 +31,9 @@ PLAUSIBLE: dict[str, tuple[float, float, str]] = {
     "actuator_time_constant_s": (0.0, 10.0, "s"),
 }
 """Ranges that robots of this kind lie in: a number outside is in the wrong unit."""
+
+LAYOUT = ("tendon_angles_rad", "tendon_radii_m")
+"""What has a number for each tendon, or none for all."""
 
 
 def _keys(kind: type, data: Any, where: str, extra: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -65,12 +70,18 @@ def check_plausible(data: Mapping[str, Any], where: str) -> None:
     for key, value in data.items():
         if key in PLAUSIBLE:
             low, high, unit = PLAUSIBLE[key]
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not low <= value <= high:
-                raise ValueError(
-                    f"{where}: {key} must be a number from {low:g} to {high:g} {unit}, "
-                    f"got {value!r}: is it in another unit?"
-                )
+            of_all = key in LAYOUT
+            if of_all and value is None:
+                continue
+            if of_all and not isinstance(value, list | tuple):
+                raise ValueError(f"{where}: {key} must be a list of numbers, got {value!r}")
+            for one in value if of_all else [value]:
+                number = isinstance(one, int | float) and not isinstance(one, bool)
+                if not number or not low <= one <= high:
+                    raise ValueError(
+                        f"{where}: {key} must be {'numbers' if of_all else 'a number'} from "
+                        f"{low:g} to {high:g} {unit}, got {value!r}: is it in another unit?"
+                    )
 
 
 def robot_from_dict(data: Mapping[str, Any], where: str = "robot") -> Robot:

@@ -190,8 +190,11 @@ def make_robot(
         {key: value for key, value in given.items() if is_positive(value)},
         "robot",
     )
-    if pitch_radius_m is not None:
-        given["tendon_radii_m"] = None
+    if pitch_radius_m is not None and any(segment.tendon_radii_m for segment in segments):
+        raise ValueError(
+            f"pitch_radius_m={pitch_radius_m!r} would lose where the tendons of robot "
+            f"{robot.name!r} are: they have radii of their own"
+        )
     if material is not None:
         given.update(asdict(MATERIALS[check_choice("material", material, sorted(MATERIALS))]))
     segments = tuple(

@@ -116,9 +116,10 @@ class Segment:
         for name in ("tendon_angles_rad", "tendon_radii_m"):
             values = getattr(self, name)
             if values is not None:
+                if np.shape(values) != (n,):
+                    given = len(values) if np.ndim(values) == 1 else repr(values)
+                    raise ValueError(f"{name} must hold n_tendons={n} numbers, got {given}")
                 object.__setattr__(self, name, tuple(float(value) for value in values))
-                if len(values) != n:
-                    raise ValueError(f"{name} must hold n_tendons={n} numbers, got {len(values)}")
         _ = self.matrices  # raises on a layout that cannot bend in every direction
 
     @property
@@ -158,8 +159,8 @@ class Robot:
     segments : tuple of Segment
         From base to tip, at least one.
     max_tendon_speed_m_s : float
-        Largest rate of the first segment's Clarke coordinates [m/s]; bounds its tendons, too.
-        `tendon_speeds` holds those of all segments.
+        Largest rate of the first segment's Clarke coordinates [m/s], and of its tendons where none
+        is farther away than `pitch_radius_m`. `tendon_speeds` holds those of all segments.
     max_cocontraction_m : float
         Largest displacement of any tendon off the manifold [m].
     actuator_time_constant_s : float

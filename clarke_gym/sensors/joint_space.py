@@ -52,8 +52,9 @@ class Displacement(JointSensor):
 
     @property
     def passes(self) -> bool:
-        """Where displacements can swing beyond their commands."""
-        return self.plant.physics.displacement_bound > 1.0
+        """Where displacements can swing beyond their commands, or drives are told other ones."""
+        disturbed = any(each.overrides("step") for each in self.plant.disturbances)
+        return disturbed or self.plant.physics.displacement_bound > 1.0
 
     def vector(self, state: RobotState, splitter: Splitter) -> JointVector:
         """Return displacements [m], which are split already."""
@@ -63,7 +64,7 @@ class Displacement(JointSensor):
 
 @register_sensor("velocity")
 class Velocity(JointSensor):
-    """Rates of the displacements."""
+    """Rates at which the shape moves the tendons."""
 
     unit: ClassVar[str] = "m/s"
     needs: ClassVar[tuple[str, ...]] = ("velocity",)

@@ -198,6 +198,8 @@ class Task(ABC):
     def set_difficulty(self, difficulty: float | str) -> None:
         """Make the episodes that begin from now on easier or harder.
 
+        What `begin` told of an episode stays its own; what `settle` derives changes at once.
+
         Parameters
         ----------
         difficulty : float or str

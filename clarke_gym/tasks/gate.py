@@ -12,7 +12,7 @@ from clarke_gym.physics.base import hull_radius
 from clarke_gym.robots import Robot
 from clarke_gym.robots.scene import Capsule, Scene
 from clarke_gym.tasks.base import BoolArray, register_task
-from clarke_gym.tasks.obstructed import PATH_POINTS, ObstructedTask
+from clarke_gym.tasks.obstructed import ObstructedTask
 
 CAGE = 0.35
 """Radius of the ring of bars, over the robot's length."""
@@ -31,6 +31,9 @@ CANDIDATES = 12
 
 MARGIN = 0.1
 """Gap over the robot's radius that the known way keeps."""
+
+EVENLY = 0.9
+"""Bend of a robot that goes through an opening evenly, over its limit or a right angle."""
 
 
 @register_task("gate")
@@ -55,6 +58,11 @@ class Gate(ObstructedTask):
         In [0, 1], or "easy", "medium", "hard": narrow openings are hard.
     random_start : bool
         Start behind a random opening; straight, inside the ring, otherwise.
+
+    Raises
+    ------
+    ValueError
+        If the robot bends too little to come out of the ring.
     """
 
     def __init__(
@@ -71,15 +79,28 @@ class Gate(ObstructedTask):
         self._straight = np.array([0.0, 0.0, robot.length_m])
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.numbers = 4 * CANDIDATES * robot.n_segments + 2
+        self._even = EVENLY * min(0.5 * np.pi, float(robot.max_bending.sum())) / robot.n_segments
+        out = self.tips(np.array([[[self._even, 0.0]] * robot.n_segments]))[0, 0]
+        needed = ring + self._bar_radius(1.0) + self.hull_m
+        if out < needed:
+            raise ValueError(
+                f"the tip of robot {robot.name!r} comes {out:.3g} m to the side and needs "
+                f"{needed:.3g} m to get out of Gate's ring of bars: it needs larger bending limits "
+                f"(max_bending_rad), got {robot.max_bending.tolist()}"
+            )
+
+    def _bar_radius(self, difficulty: float) -> float:
+        """Return the radius of a bar [m]: what the openings leave."""
+        opening = 2.0 * self.hull_m * (WIDEST + (NARROWEST - WIDEST) * difficulty)
+        pitch = 2.0 * CAGE * self.robot.length_m * math.sin(math.pi / self.n_bars)
+        return max(0.5 * (pitch - opening), 0.5 * self.hull_m)
 
     def settle(self) -> None:
         """Derive the bars from the difficulty."""
         super().settle()
-        length, robot_width = self.robot.length_m, 2.0 * self.hull_m
+        length = self.robot.length_m
         ring = CAGE * length
-        opening = robot_width * (WIDEST + (NARROWEST - WIDEST) * self.difficulty)
-        pitch = 2.0 * ring * math.sin(math.pi / self.n_bars)
-        self.bar_radius_m = max(0.5 * (pitch - opening), 0.5 * self.hull_m)
+        self.bar_radius_m = self._bar_radius(self.difficulty)
         angles = 2.0 * math.pi * (np.arange(self.n_bars) + 0.5) / self.n_bars
         bars = [
             Capsule((x, y, -0.1 * length), (x, y, 1.1 * length), self.bar_radius_m)
@@ -114,13 +135,12 @@ class Gate(ObstructedTask):
         tips = kinematics.forward(shapes, self.robot.lengths)[0]
         good = np.hypot(tips[..., 0], tips[..., 1]) >= self._outside
         # Most ways that bars block are blocked at their ends, which are looked at first.
-        good[good] = self._clear(kinematics.backbone(shapes[good], self.robot.lengths, PATH_POINTS))
+        good[good] = self._clear(self.curves(shapes[good]))
         good[good] = self._clear(self.leg(np.zeros_like(shapes[good]), shapes[good]))
         # Where no candidate will do, an even bend through the middle of an opening does.
         index = np.floor(numbers[:, -2:] * self.n_bars)
         angle = 2.0 * np.pi * index / self.n_bars
-        even = 0.9 * min(0.5 * np.pi, float(self.robot.max_bending.sum())) / segments
-        plain = even * np.stack([np.cos(angle), np.sin(angle)], -1)[:, :, None, :]
+        plain = self._even * np.stack([np.cos(angle), np.sin(angle)], -1)[:, :, None, :]
         plain = np.broadcast_to(plain, (rows, 2, segments, 2))
         first = good.argmax(-1)
         picked = np.take_along_axis(shapes, first[..., None, None, None], 2)[:, :, 0]

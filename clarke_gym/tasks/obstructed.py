@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import ClassVar
 
@@ -18,11 +19,9 @@ from clarke_gym.tasks.shaped import CostedTask, error_metrics
 TOUCH_SHARE = 0.1
 """Depth over the robot's radius that still counts as touching, not as being inside."""
 
-PATH_SHAPES = 16
-"""Shapes a leg of a motion that is known to be clear."""
-
-PATH_POINTS = 10
-"""Points a segment at which those are looked at."""
+APART = 2.0
+"""How far apart the places are at most, over the hull's radius, at which a motion that is known to
+be clear is looked at: along the backbone, and along the way of the tip."""
 
 PARKED = 1.5
 """How far below the base a body that is not in play lies, over the robot's length."""
@@ -58,6 +57,11 @@ class ObstructedTask(CostedTask):
         random_start: bool,
     ) -> None:
         self.hull_m = hull_radius(robot)
+        lengths, apart = robot.lengths, APART * self.hull_m
+        # What a segment's bend moves the tip by: itself by half its length, the rest by the rest.
+        arms = np.cumsum(lengths[::-1])[::-1] - 0.5 * lengths
+        self._path_shapes = 1 + math.ceil((2.0 * robot.max_bending * arms).sum() / apart)
+        self._path_points = math.ceil(lengths.max() / apart)
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.goal = Goal(("x", "y", "z", "depth"), "m", robot.length_m, costs=1)
         self.metrics = (
@@ -115,10 +119,14 @@ class ObstructedTask(CostedTask):
         ndarray, shape (..., K, 3)
             [m].
         """
-        share = np.linspace(0.0, 1.0, PATH_SHAPES)[:, None, None]
+        share = np.linspace(0.0, 1.0, self._path_shapes)[:, None, None]
         shapes = start[..., None, :, :] * (1.0 - share) + end[..., None, :, :] * share
-        curves = kinematics.backbone(shapes, self.robot.lengths, PATH_POINTS)
-        return curves.reshape(*start.shape[:-2], PATH_SHAPES * curves.shape[-2], 3)
+        curves = self.curves(shapes)
+        return curves.reshape(*start.shape[:-2], self._path_shapes * curves.shape[-2], 3)
+
+    def curves(self, shapes: FloatArray) -> FloatArray:
+        """Return points of the backbone of shapes (..., S, 2) [rad], (..., P, 3) [m]."""
+        return kinematics.backbone(shapes, self.robot.lengths, self._path_points)
 
     def tips(self, shapes: FloatArray) -> FloatArray:
         """Return goals (R, 4) of goal shapes (R, S, 2) [rad]."""

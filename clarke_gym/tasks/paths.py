@@ -41,8 +41,9 @@ class Path(ABC):
         self.segments, self.duration_s = robot.n_segments, duration_s
         self.radius = ROOM * robot.max_bending
         # Bending [rad] that tendons at their speed limit change in a second. A segment's tendons
-        # take up the bends before it, too, whose speeds add.
-        self.speed = robot.tendon_speeds / robot.pitch_radii / np.arange(1, self.segments + 1)
+        # take up the bends before it, too, whose speeds add: each in the ratio of its limit.
+        passed = np.cumsum(robot.max_bending) / robot.max_bending
+        self.speed = robot.tendon_speeds / robot.pitch_radii / passed
 
     @abstractmethod
     def make(self, numbers: FloatArray, share: float) -> FloatArray:
@@ -155,7 +156,7 @@ class Turns(Path):
         """Return the corners: after each run a random direction, inwards where it would leave."""
         u = numbers.reshape(-1, self.segments, 2 + self.runs)
         here = sample_dome(u[..., :2], self.radius)
-        stride = share * self.speed * TURN_S
+        stride = np.minimum(share * self.speed * TURN_S, self.radius)  # the centre is within one
         corners = [here]
         for k in range(self.runs):
             angle = 2.0 * np.pi * u[..., 2 + k]

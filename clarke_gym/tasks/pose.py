@@ -79,6 +79,14 @@ class Pose(ShapedTask):
         start, shape = self.shapes(numbers)
         return start, self.predicted(shape)
 
+    def aimed(self, parameters: FloatArray, goal: FloatArray) -> FloatArray:
+        """Return goals (R, 6) that somebody asks for, their directions as unit vectors."""
+        position, direction = np.split(super().aimed(parameters, goal), [3], axis=-1)
+        size = np.linalg.norm(direction, axis=-1, keepdims=True)
+        if not size.all():
+            raise ValueError(f"options['goal'] needs directions other than zero, got {goal}")
+        return np.concatenate([position, direction / size], axis=-1)
+
     def predicted(self, bending: FloatArray) -> FloatArray:
         """Return the tip's positions [m] and tangents of shapes (..., S, 2) [rad]."""
         position, quaternion = kinematics.forward(bending, self.robot.lengths)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.envs.face import Face
+from clarke_gym.envs.observer import Block
 from clarke_gym.representations import Representation, make_representation
 
 
@@ -42,6 +44,85 @@ def face_of(env: Any, wrapper: str) -> Face:
     return face
 
 
+def _codecs(env: Any) -> Iterator[Any]:
+    """Yield the codecs of wrappers that were put on by hand, from the outermost on."""
+    layer = env
+    while layer is not layer.unwrapped:
+        yield vars(layer).get("_codec")
+        layer = layer.env
+
+
+def action_codec(env: Any) -> ActionCodec | None:
+    """Return what a wrapper put on by hand does to actions, None without one.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+    """
+    return next((codec for codec in _codecs(env) if isinstance(codec, ActionCodec)), None)
+
+
+def observation_codec(env: Any) -> ObservationCodec | None:
+    """Return what a wrapper put on by hand does to observations, None without one.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+    """
+    return next((codec for codec in _codecs(env) if isinstance(codec, ObservationCodec)), None)
+
+
+def place_of(env: Any, block: Block) -> slice:
+    """Return where a sensor stands in an observation, a wrapper put on by hand counted in.
+
+    Parameters
+    ----------
+    env : gymnasium.Env or gymnasium.vector.VectorEnv
+    block : Block
+        Of the environment's `sensors`.
+
+    Examples
+    --------
+    >>> import gymnasium, clarke_gym
+    >>> from clarke_gym.wrappers import ClarkeObservation
+    >>> env = gymnasium.make("clarke_gym/Reach-v0", n_tendons=7)
+    >>> block = env.unwrapped.sensors["tip_position"]
+    >>> place_of(env, block), place_of(ClarkeObservation(env), block)
+    (slice(14, 17, None), slice(4, 7, None))
+    """
+    codec = observation_codec(env)
+    return block.place if codec is None else codec.place(block)
+
+
+def _refuse_second(wrapper: str, kind: str, codec: ActionCodec | ObservationCodec | None) -> None:
+    if codec is not None:
+        raise ValueError(
+            f"{wrapper} needs {kind} in joint space; a wrapper below writes them as "
+            f"{codec.representation.name!r} already"
+        )
+
+
+def _refuse_changed(wrapper: str, kind: str, env: Any) -> None:
+    """Refuse what wrappers below have written in other numbers than the environment's."""
+    single = f"single_{kind}_space"
+    name = single if hasattr(env, single) else f"{kind}_space"
+    space, own = getattr(env, name), getattr(env.unwrapped, name)
+    if isinstance(own, spaces.Dict):
+        space, own = (getattr(each, "spaces", {}).get("observation") for each in (space, own))
+    if space != own:
+        raise ValueError(
+            f"{wrapper} needs {kind}s as the environment has them, {_short(own)}; a wrapper below "
+            f"makes them {_short(space)}: put {wrapper} on first"
+        )
+
+
+def _short(space: Any) -> str:
+    """Return what a message says of a space."""
+    if not isinstance(space, spaces.Box):
+        return repr(space)
+    return f"{space.shape} from {space.low.min():g} to {space.high.max():g}"
+
+
 class ActionCodec:
     """Turns actions in a representation into joint-space actions.
 
@@ -62,6 +143,8 @@ class ActionCodec:
                 f"{wrapper} needs actions in joint space; this environment was made with "
                 f"action_representation={face.action_representation.name!r} already"
             )
+        _refuse_second(wrapper, "actions", action_codec(env))
+        _refuse_changed(wrapper, "action", env)
         self.representation: Representation = make_representation(name, face.robot)
         self.space = spaces.Box(-1.0, 1.0, (self.representation.size,), np.float32)
 
@@ -90,6 +173,8 @@ class ObservationCodec:
                 f"{wrapper} needs observations in joint space; this environment was made with "
                 f"observation_representation={face.observation_representation.name!r} already"
             )
+        _refuse_second(wrapper, "observations", observation_codec(env))
+        _refuse_changed(wrapper, "observation", env)
         self.representation: Representation = make_representation(name, face.robot)
         self._joints = face.robot.n_joints
         reaches = [block.reach for block in face.sensors.values() if block.reach is not None]
@@ -106,6 +191,15 @@ class ObservationCodec:
         assert isinstance(inner, spaces.Box)
         high = np.concatenate([self._high, inner.high[self._width :]])
         return spaces.Box(-high, high, dtype=np.float32)
+
+    def place(self, block: Block) -> slice:
+        """Return where a sensor stands in encoded observations."""
+        size, start, stop = self.representation.size, block.place.start, block.place.stop
+        if block.reach is None:
+            wider = self._count * size - self._width
+            return slice(start + wider, stop + wider)
+        start = start // self._joints * size
+        return slice(start, start + size)
 
     def encode(self, observation: Any) -> Any:
         """Return observations with their joint-space blocks encoded, as new arrays."""

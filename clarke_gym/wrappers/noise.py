@@ -10,7 +10,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.noise import normals
-from clarke_gym.wrappers.codec import face_of
+from clarke_gym.wrappers.codec import face_of, place_of
 from clarke_gym.wrappers.goals import AsksRewards
 
 _STREAM = 0x6E6F697365
@@ -53,9 +53,16 @@ class Noise:
             for name in names:
                 if name not in blocks:
                     raise ValueError(f"sensors must be of {list(blocks)}, got {name!r}")
-            quiet = np.ones(box.shape[-1], dtype=bool)
+            places = {name: place_of(env, block) for name, block in blocks.items()}
+            width = max(place.stop for place in places.values())
+            if box.shape[-1] != width:
+                raise ValueError(
+                    f"sensors need observations as the environment writes them, {width} numbers "
+                    f"wide; a wrapper below makes them {box.shape[-1]} wide: put noise on first"
+                )
+            quiet = np.ones(width, dtype=bool)
             for name in names:
-                quiet[blocks[name].place] = False
+                quiet[places[name]] = False
             self._deviation[..., quiet] = 0.0
         self._keys = np.random.default_rng().random(num_envs)
         self._count = np.zeros(num_envs, dtype=np.int64)

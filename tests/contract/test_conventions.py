@@ -1,5 +1,8 @@
 """Gymnasium's conventions, as real clients met them."""
 
+import copy
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -88,3 +91,36 @@ def test_gymnasiums_time_limit_can_only_shorten():
     assert [env.step(env.action_space.sample())[3] for _ in range(3)] == [False, False, True]
     with pytest.raises(ValueError, match="episode_steps makes episodes longer"):
         gym.make_vec(ID, num_envs=2, max_episode_steps=60)
+
+
+def test_the_step_that_begins_an_episode_tells_its_first_observation_alone():
+    """Also of robots that have to fail at once: these begin inside a bar."""
+    keywords = {"num_envs": 16, "physics": "mujoco", "disturbances": "helical", "episode_steps": 2}
+    envs = gym.make_vec("clarke_gym/Gate-v0", **keywords)
+    envs.reset(seed=0)
+    for k in range(9):
+        begun = envs.unwrapped._done.copy()
+        _, reward, terminated, truncated, _ = envs.step(np.zeros(envs.action_space.shape))
+        assert (reward[begun] == 0.0).all()
+        assert not (terminated | truncated)[begun].any()
+        assert k % 3 != 2 or begun.any()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_shows_the_generator_of_its_episodes(copied):
+    env = gym.make(ID)
+    env.reset(seed=0)
+    twin = copied(env)
+    for each in (env, twin):
+        each.unwrapped.np_random.random()
+    for _ in range(20):  # more than are drawn at once
+        np.testing.assert_array_equal(env.reset()[0], twin.reset()[0])
+
+
+def test_a_robots_file_is_found_from_another_directory(tmp_path, monkeypatch):
+    (tmp_path / "arm.yaml").write_text("segments: [{n_tendons: 5}]")
+    monkeypatch.chdir(tmp_path)
+    env = gym.make(ID, robot="arm.yaml")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert copy.deepcopy(env).unwrapped.robot.n_joints == 5

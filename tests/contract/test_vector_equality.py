@@ -8,11 +8,13 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 import clarke_gym
 from clarke_gym.integrations.sb3 import Sb3VecEnv
+from clarke_gym.registration import ENVIRONMENTS
 from clarke_gym.wrappers import vector as twins
 
 ID = "clarke_gym/Reach-v0"
 NUM = 5
 MODES = ["next_step", "same_step", "disabled"]
+PHYSICS = ["constant_curvature", "mujoco"]
 VARIANTS = [
     {"representation": "raw", "n_tendons": 3},
     {"representation": "clarke", "n_tendons": 7},
@@ -239,3 +241,40 @@ def test_stepping_an_ended_episode_without_autoreset_is_refused():
     envs.step(np.zeros((2, 3), np.float32))
     with pytest.raises(RuntimeError, match="reset_mask"):
         envs.step(np.zeros((2, 3), np.float32))
+
+
+def leaves(value):
+    """Yield every array that a call has returned."""
+    parts = value.values() if isinstance(value, dict) else value
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        yield value
+    elif parts is not None:
+        for part in parts:
+            yield from leaves(part)
+
+
+EVERY = [
+    (env_id, physics)
+    for env_id, keywords in sorted(ENVIRONMENTS.items())
+    if keywords
+    for physics in ([keywords["physics"]] if "physics" in keywords else PHYSICS)
+]
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(("env_id", "physics"), EVERY)
+def test_what_is_returned_can_be_written_to(env_id, physics, mode):
+    """Learners write to done flags and rewards; nothing that comes later depends on it."""
+    keywords = {"num_envs": 3, "physics": physics, "episode_steps": 4, "autoreset_mode": mode}
+    keywords |= {"n_tendons": 4, "representation": "clarke"}
+    pair = [gym.make_vec(env_id, **keywords) for _ in range(2)]
+    results = [envs.reset(seed=1) for envs in pair]
+    shape = pair[0].action_space.shape
+    for k, action in enumerate(np.random.default_rng(0).uniform(-1, 1, (12, *shape))):
+        kept, spoilt = (list(leaves(result)) for result in results)
+        for number, (one, other) in enumerate(zip(kept, spoilt, strict=True)):
+            np.testing.assert_array_equal(one, other)
+            assert not any(np.shares_memory(one, earlier) for earlier in kept[:number])
+            other[...] = True if other.dtype == bool else 77
+        fresh = mode == "disabled" and k % 5 == 4
+        results = [envs.reset() if fresh else envs.step(action) for envs in pair]

@@ -208,6 +208,27 @@ def test_what_is_measured_is_disturbed_and_what_is_known_is_not(name):
     assert differ == {"displacement", "tip_position", "goal_gap"}
 
 
+@pytest.mark.parametrize("representation", ["raw", "clarke", "clarke_common", "arc_polar"])
+@pytest.mark.parametrize(
+    "name",
+    ["unequal_radii", "broken_tendon", "helical", "misplacement", "slack_tendon", "backlash"],
+)
+def test_observations_stay_in_their_space_whatever_the_drives_are_told(name, representation):
+    keywords = {"n_tendons": 4, "representation": representation, "disturbances": name}
+    envs = gym.make_vec(ID, num_envs=32, **keywords)
+    envs.reset(seed=0)
+    for action in np.random.default_rng(0).choice([-1.0, 1.0], (40, *envs.action_space.shape)):
+        assert envs.observation_space.contains(envs.step(action)[0])
+
+
+def test_measured_values_of_the_hardware_come_in_steps():
+    env = gym.make(ID, disturbances="hardware").unwrapped
+    tip = env.reset(seed=0)[0][env.sensors["tip_position"].place].astype(np.float64)
+    steps = tip / (0.02 * 0.08)
+    np.testing.assert_allclose(steps, np.round(steps), rtol=0, atol=1e-3)
+    assert np.abs(steps).max() > 10.0
+
+
 def test_noise_depends_on_key_place_and_stream_alone():
     keys, places = np.array([0.1, 0.7]), np.array([3, 9])
     both = normals(keys, places, 5, 2)
@@ -239,6 +260,10 @@ def test_combinations_have_strengths_and_presets_leave_out_what_has_no_meaning()
         ("paylod", "mujoco", "did you mean 'payload'"),
         ("payload=x", "mujoco", "strength of 'payload' must be a number"),
         ("payload=-1", "mujoco", "strength of 'payload' must be a number above 0"),
+        ("backbone_stiffness=5", "mujoco", "'backbone_stiffness' must be at most 3, beyond which"),
+        ("harsh=3", "mujoco", "'damping' must be at most 2.*got 'harsh=3', which makes it 3"),
+        ("unequal_radii=8", "constant_curvature", "'unequal_radii' must be at most 4.5"),
+        ("helical=4", "constant_curvature", "'helical' must be at most 3"),
     ],
 )
 def test_mistakes_are_named(text, physics, message):

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
@@ -302,3 +303,18 @@ def test_tendons_that_no_two_stand_for_cannot_vary():
     physics = MujocoPhysics(Robot(), 1, 0.05, routing="chord")
     with pytest.raises(ValueError, match=r"turn_rad.*'chord'"):
         physics.vary(np.array([0]), {"turn_rad": np.array([1.0])})
+
+
+def test_a_robot_that_has_lost_pretension_depends_on_nothing_before_its_reset():
+    """Nor on what robots beside it have off the manifold."""
+    keywords = {"n_tendons": 3, "disturbances": "pretension", "physics": "mujoco"}
+    used = gym.make_vec("clarke_gym/Reach-v0", num_envs=2, **keywords)
+    scalar = gym.make("clarke_gym/Reach-v0", **keywords)
+    for seed in range(12):
+        action = np.random.default_rng(seed).uniform(-1.0, 1.0, 3).astype(np.float32)
+        scalar.reset(seed=seed)
+        used.reset(seed=[seed, 0])
+        used.step(np.ones((2, 3), np.float32))  # all off the manifold
+        used.reset(seed=[seed, None], options={"reset_mask": np.array([True, False])})
+        told = used.step(np.stack([action, np.ones(3, np.float32)]))[0][0]
+        np.testing.assert_array_equal(told, scalar.step(action)[0])

@@ -9,6 +9,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 
+from clarke_gym.control import make_controller
 from clarke_gym.envs.episode import Episode
 from clarke_gym.robots import Robot
 from clarke_gym.tasks import Task
@@ -156,3 +157,29 @@ def test_steps_and_pictures_before_the_first_reset_are_refused(physics):
     env.unwrapped.restore(state)
     with pytest.raises(ResetNeeded):
         env.step(env.action_space.sample())
+
+
+def test_a_touch_is_kept_by_restore_and_forgotten_by_reset():
+    make = {"id": "clarke_gym/Wrap-v0", "representation": "clarke"}
+    env = gym.make(**make)
+    agent = make_controller("clarke_controller", env)
+    observation, _ = env.reset(seed=0)
+    for _ in range(70):
+        observation, _, _, _, info = env.step(agent.act(observation))
+    assert info["contact_force_n"] > 1.0
+    twin = copy.deepcopy(env)
+    assert twin.unwrapped.physics.contact_force[0] == info["contact_force_n"]
+    fresh, used = gym.make(**make).reset(seed=5), env.reset(seed=5)
+    np.testing.assert_array_equal(fresh[0], used[0])
+    assert used[1]["contact_force_n"] == 0.0
+
+
+def test_an_episode_that_runs_keeps_its_bars_when_the_difficulty_changes():
+    env = gym.make("clarke_gym/Gate-v0", difficulty=0.0)
+    env.reset(seed=0)
+    env.unwrapped.set_difficulty(1.0)
+    twin = copy.deepcopy(env)
+    told = [each.step(np.zeros(3, np.float32)) for each in (env, twin)]
+    np.testing.assert_array_equal(told[0][0], told[1][0])
+    assert told[0][4] == told[1][4]
+    np.testing.assert_array_equal(env.reset()[0], twin.reset()[0])

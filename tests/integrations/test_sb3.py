@@ -73,6 +73,31 @@ def test_the_end_of_an_episode_is_told_as_sb3_wants_it():
         assert not np.array_equal(info["terminal_observation"], row)  # a new episode has begun
 
 
+def test_options_pictures_and_first_infos_are_those_of_dummy_vec_env():
+    keywords = {"n_tendons": 5, "max_episode_steps": 2, "render_mode": "rgb_array"}
+    keywords |= {"render_width": 64, "render_height": 64}
+    ours = make_sb3_vec_env(ID, 2, **keywords)
+    dummy = DummyVecEnv([lambda: gym.make(ID, **keywords)] * 2)
+    options = [{"goal": [0.1, 0.0, 0.15]}, {"goal": [0.0, 0.1, 0.15]}]
+    for each in (ours, dummy):
+        each.seed(3)
+        each.set_options(options)
+    np.testing.assert_array_equal(ours.reset(), dummy.reset())
+    goals = np.array([each["goal"] for each in options])
+    np.testing.assert_allclose(ours.get_attr("goal")[0], goals, rtol=0, atol=1e-7)
+    for one, other in zip(ours.get_images(), dummy.get_images(), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert ours.render().shape == dummy.render().shape
+    for _ in range(2):
+        ours.step(np.zeros((2, 5), np.float32))
+        dummy.step(np.zeros((2, 5), np.float32))
+    assert ours.reset_infos == dummy.reset_infos
+    np.testing.assert_array_equal(ours.reset(), dummy.reset())  # options are for once
+    ours.set_options([{"goal": [0.1, 0.0, 0.15]}, {}])
+    with pytest.raises(ValueError, match="options must have the same names for all"):
+        ours.reset()
+
+
 def test_environments_that_reset_themselves_are_refused():
     with pytest.raises(ValueError, match='autoreset_mode="disabled"'):
         Sb3VecEnv(gym.make_vec(ID, num_envs=2))

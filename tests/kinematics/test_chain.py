@@ -181,6 +181,21 @@ def test_batches_and_precision_pass_through_the_whole_chain(batch, dtype):
         assert array.dtype == dtype
 
 
+def test_one_segment_keeps_its_limit_and_takes_an_orientation():
+    chain = SpaceChain(Robot((Segment(max_bending_rad=0.5),)))
+    position, turn = chain.f_ind(np.array([[2.0, 0.5]]))
+    for more in ({}, {"quaternion": turn}):
+        found = chain.f_ind_inverse(position, **more)
+        np.testing.assert_allclose(found, [[2.0, 0.5]], rtol=0, atol=1e-9)
+    assert chain.f_ind_inverse(np.zeros((0, 3))).shape == (0, 1, 2)
+    with pytest.raises(ValueError, match=r"a bend of 1\.2 rad, beyond the robot's limit of 0\.5"):
+        chain.f_ind_inverse(chain.f_ind(np.array([[6.0, 0.0]]))[0])
+    with pytest.raises(ValueError, match="no shape found"):
+        chain.f_ind_inverse(position, quaternion=np.array([1.0, 0.0, 0.0, 0.0]))
+    with pytest.raises(ValueError, match="no shape found"):
+        chain.f_ind_inverse(np.array([np.nan, 0.0, 0.2]))
+
+
 def test_mistakes_are_named():
     chain = SpaceChain(PRESETS["two_segment"])
     with pytest.raises(ValueError, match="last axis of 6"):

@@ -138,6 +138,30 @@ def test_gradient_of_the_torch_solution_is_the_pseudo_inverse():
     np.testing.assert_allclose(goal.grad, np.linalg.pinv(jacobian)[0], rtol=0, atol=1e-10)
 
 
+def test_gradient_of_a_whole_pose_is_the_inverse_too():
+    torch = pytest.importorskip("torch")
+    lengths, bending = [0.1, 0.1, 0.1], [[0.3, 0.2], [0.5, -0.1], [-0.2, 0.4]]
+    start = torch.tensor(bending, dtype=torch.float64)
+
+    def there_and_back(bending):
+        position, turn = kinematics.forward(bending, lengths)
+        return inverse_kinematics(position, lengths, quaternion=turn, start=start.numpy())[0]
+
+    jacobian = torch.autograd.functional.jacobian(there_and_back, start).reshape(6, 6)
+    np.testing.assert_allclose(jacobian, np.eye(6), rtol=0, atol=1e-9)
+
+
+def test_torch_searches_as_far_as_it_is_told():
+    torch = pytest.importorskip("torch")
+    goal, search = np.array([0.1, 0.05, 0.2]), {"starts": 1, "iterations": 1}
+    search["quaternion"] = np.array([1.0, 0.0, 0.0, 0.0])
+    left = [
+        float(inverse_kinematics(each, [0.1] * 3, **search)[1])
+        for each in (goal, torch.tensor(goal))
+    ]
+    assert left[0] == left[1] > 0.1
+
+
 def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="last axis of 3"):
         segment_inverse_extensible(np.zeros(2))

@@ -302,3 +302,36 @@ def test_a_representation_must_be_what_the_registry_says(monkeypatch):
     )
     with pytest.raises(ValueError, match="does not see both directions"):
         gym.make("clarke_gym/Reach-v0", representation="test_blind")
+
+
+@clarke_gym.register_task("test_plain")
+class Plain(clarke_gym.Task):
+    """No numbers are drawn, and what is told is the state's own memory, to read."""
+
+    metrics = (clarke_gym.Metric("height_m", "height", "m", 0.0),)
+
+    def begin(self, numbers):
+        return np.zeros((len(numbers), self.robot.n_segments, 2)), np.zeros((len(numbers), 0))
+
+    def evaluate(self, state, goal):
+        height = state.tip_position[:, 2]
+        reward = np.broadcast_to(1.0, height.shape)
+        return clarke_gym.Outcome(reward, height > 0.0, {"height_m": height}, {"height": height})
+
+
+@pytest.mark.parametrize("physics", ["constant_curvature", "mujoco"])
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+def test_a_task_may_tell_what_it_sees_as_it_is(physics, mode):
+    keywords = {"task": "test_plain", "physics": physics, "episode_steps": 3}
+    envs = gym.make_vec("clarke_gym/Task-v0", num_envs=2, autoreset_mode=mode, **keywords)
+    observation, info = envs.reset(seed=0)
+    for _ in range(9):
+        info["height_m"][:] = info["reward_height"][:] = -1.0
+        observation, reward, _, _, info = envs.step(np.zeros(envs.action_space.shape))
+        z = envs.unwrapped.sensors["tip_position"].place.start + 2
+        np.testing.assert_allclose(observation[:, z] * 0.2, info["height_m"], rtol=1e-6)
+        np.testing.assert_allclose(info["height_m"], 0.2, rtol=0.01)
+        reward[:] = 5.0
+    scalar = gym.make("clarke_gym/Task-v0", **keywords)
+    scalar.reset(seed=0)
+    assert scalar.step(np.zeros(3, np.float32))[1] == 1.0

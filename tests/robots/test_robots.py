@@ -50,6 +50,7 @@ def test_presets_are_complete(name):
         ({"pitch_radius_m": math.inf}, "pitch_radius_m"),
         ({"max_bending_rad": 7.0}, "below 2 pi"),
         ({"tendon_angles_rad": (0.0, 1.0)}, "n_tendons=3 numbers, got 2"),
+        ({"tendon_angles_rad": 5}, "tendon_angles_rad must hold n_tendons=3 numbers, got 5"),
         ({"tendon_angles_rad": (0.0, 0.0, math.pi)}, "collinear"),
         ({"n_disks": 0}, "n_disks"),
     ],
@@ -79,6 +80,28 @@ def test_overrides_reach_every_segment_and_keep_the_first_tendon():
     assert robot.n_tendons == (6, 6)
     assert robot.segments[1].angles[0] == pytest.approx(math.pi / 2)
     assert robot.segments[0].radii.tolist() == [0.008] * 6
+
+
+def test_a_robot_with_radii_of_its_own_keeps_them():
+    robot = Robot((Segment(tendon_radii_m=(0.01, 0.012, 0.009)),))
+    with pytest.raises(ValueError, match="would lose where the tendons of robot 'custom' are"):
+        make_robot(robot, pitch_radius_m=0.01)
+    assert make_robot(robot, max_bending_rad=1.0).segments[0].radii.tolist() == [0.01, 0.012, 0.009]
+
+
+@pytest.mark.parametrize(
+    ("segment", "message"),
+    [
+        ({"tendon_radii_m": [10, 12, 9]}, "0.0001 to 0.5 m, got .*another unit"),
+        ({"tendon_angles_rad": [90, 210, 330]}, "rad, got .*another unit"),
+        ({"tendon_angles_rad": [0.0, 2.0, "x"]}, "must be numbers from"),
+        ({"tendon_angles_rad": 5}, "must be a list of numbers, got 5"),
+    ],
+)
+def test_layouts_in_another_unit_are_told(segment, message):
+    with pytest.raises(ValueError, match=message):
+        make_robot({"segments": [segment]})
+    assert make_robot({"segments": [{"tendon_radii_m": None}]}).n_joints == 3
 
 
 def test_descriptions_are_frozen():

@@ -1,5 +1,7 @@
 """What the tasks promise: goals that can be had, clear ways, scores that mean something."""
 
+from itertools import pairwise
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -91,18 +93,27 @@ def test_dense_rewards_and_their_terms_are_in_the_unit_interval_and_add_up(env_i
             env.reset()
 
 
-@pytest.mark.parametrize("segments", [1, 2, 3])
+ARMS = {
+    "one": {},
+    "two": {"n_segments": 2},
+    "three": {"n_segments": 3},
+    "hardware": {"robot": "hardware"},
+    "fast": {"pitch_radius_m": 0.004},
+    "stiff": {"max_bending_rad": 0.5},
+    "uneven": {"robot": {"segments": [{"max_bending_rad": 1.5}, {"max_bending_rad": 0.5}]}},
+}
+
+
+@pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("name", PATHS)
 @given(seed=st.integers(0, 2**31), share=st.floats(0.05, 1.0))
-def test_paths_keep_to_the_bending_limit_and_to_their_share_of_the_speed(
-    name, segments, seed, share
-):
-    robot = make_robot(n_segments=segments)
+def test_paths_keep_to_the_bending_limit_and_to_their_share_of_the_speed(name, arm, seed, share):
+    robot = make_robot(**ARMS[arm])
     path = PATHS[name](robot, LONGEST_S)
     told = path.make(np.random.default_rng(seed).random((8, path.numbers)), share)
     times = np.arange(0.0, 4.0, 0.05)
     shapes = np.stack([path.at(told, np.full(8, time)) for time in times])
-    assert np.hypot(shapes[..., 0], shapes[..., 1]).max() <= robot.max_bending.min()
+    assert (np.hypot(shapes[..., 0], shapes[..., 1]) <= robot.max_bending).all()
     clarke = kinematics.bending_to_clarke(shapes, robot.pitch_radii)
     moved = np.diff(clarke, axis=0)
     speed = np.hypot(moved[..., 0], moved[..., 1]) / 0.05 / robot.tendon_speeds
@@ -126,11 +137,47 @@ def test_every_episode_among_bodies_has_a_clear_start_and_goal(name, segments, d
         assert task.gaps(task.leg(start, straight), places).min() > 0.0
 
 
-def test_a_gate_is_laid_out_for_robots_that_cannot_get_out_of_it():
-    task = TASKS["gate"](make_robot(max_bending_rad=0.3))
-    start, parameters = task.begin(np.random.default_rng(0).random((3, task.numbers)))
-    assert start.shape == (3, 1, 2)
-    assert np.isfinite(parameters).all()
+@pytest.mark.parametrize(
+    "keywords",
+    [{}, {"robot": "two_segment"}, {"pitch_radius_m": 0.004, "max_bending_rad": 3.0}],
+    ids=["default", "two_segment", "slender"],
+)
+def test_the_known_way_through_a_nest_is_clear_between_the_looks_at_it_too(keywords):
+    robot = make_robot(**keywords)
+    task, segments = Nest(robot, difficulty=1.0), robot.n_segments
+    numbers = np.random.default_rng(0).random((100, task.numbers))
+    places = task.places(task.begin(numbers)[1])
+    ends = numbers[:, : 6 * segments].reshape(100, 3, segments, 2)
+    shapes = np.moveaxis(kinematics.sample_dome(ends, robot.max_bending), 1, 0)
+    share = np.linspace(0.0, 1.0, 240)[:, None, None]
+    for row in range(100):
+        legs = [a[row] * (1.0 - share) + b[row] * share for a, b in pairwise(shapes)]
+        curves = kinematics.backbone(np.concatenate(legs), robot.lengths, 40)
+        assert task.gaps(curves.reshape(1, -1, 3), places[row : row + 1]).min() > 0.0
+
+
+@pytest.mark.parametrize("most", [0.3, 0.6, 1.2])
+def test_a_gate_is_refused_to_robots_that_cannot_get_out_of_it(most):
+    with pytest.raises(ValueError, match=r"to get out of Gate's ring of bars.*max_bending_rad"):
+        gym.make("clarke_gym/Gate-v0", max_bending_rad=most)
+
+
+@pytest.mark.parametrize("difficulty", [0.0, 1.0])
+def test_goals_of_a_gate_lie_outside_its_ring(difficulty):
+    task = TASKS["gate"](make_robot(max_bending_rad=1.3), difficulty=difficulty)
+    start, parameters = task.begin(np.random.default_rng(0).random((200, task.numbers)))
+    for tips in (parameters, task.tips(start)):
+        out = np.hypot(tips[:, 0], tips[:, 1])
+        assert out.min() > 0.07 + task.bar_radius_m + task.hull_m
+
+
+def test_a_direction_that_is_asked_for_is_one():
+    env = gym.make("clarke_gym/Pose-v0")
+    observation, _ = env.reset(seed=0, options={"goal": [0.0, 0.0, 0.4, 0.0, 0.0, 5.0]})
+    assert env.observation_space.contains(observation)
+    assert env.unwrapped.goal[0].round(6).tolist() == [0.0, 0.0, 0.4, 0.0, 0.0, 1.0]
+    with pytest.raises(ValueError, match="directions other than zero"):
+        env.reset(options={"goal": [0.0, 0.0, 0.4, 0.0, 0.0, 0.0]})
 
 
 def test_a_nest_has_as_many_bodies_as_its_difficulty_says_and_other_ones_every_episode():

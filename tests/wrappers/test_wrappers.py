@@ -3,7 +3,12 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import DelayObservation, FrameStackObservation
+from gymnasium.wrappers import (
+    DelayObservation,
+    FlattenObservation,
+    FrameStackObservation,
+    RescaleAction,
+)
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from clarke_gym import wrappers
@@ -123,6 +128,27 @@ def test_noise_has_the_deviation_that_was_asked_for_and_goals_stay():
     assert abs(np.mean(flat[1:] * flat[:-1])) < 4 * 0.01**2 / np.sqrt(flat.size)  # white
 
 
+@pytest.mark.parametrize("n", [3, 7])
+def test_noise_finds_its_sensors_above_a_representation_put_on_by_hand(n):
+    sensors = "displacement+tip_position"
+    plain = wrappers.ClarkeObservation(gym.make(ID, n_tendons=n))
+    plains = vector.ClarkeObservation(gym.make_vec(ID, num_envs=2, n_tendons=n))
+    for noisy, still in (
+        (wrappers.NoisyObservation(plain, sensors=sensors), plain),
+        (vector.NoisyObservation(plains, sensors=sensors), plains),
+    ):
+        differ = noisy.reset(seed=1)[0] != still.reset(seed=1)[0]
+        places = np.flatnonzero(differ.reshape(-1, 13).any(0))
+        assert places.tolist() == [2, 3, 4, 5, 6]  # after two of the command, before the goal
+
+
+def test_a_first_reset_of_all_may_name_all():
+    envs = vector.NoisyObservation(gym.make_vec(ID, num_envs=2), 0.05)
+    plain = vector.NoisyObservation(gym.make_vec(ID, num_envs=2), 0.05)
+    masked = envs.reset(seed=3, options={"reset_mask": np.ones(2, bool)})[0]
+    np.testing.assert_array_equal(masked, plain.reset(seed=3)[0])
+
+
 @pytest.mark.parametrize("action", [[0.1, 0.1, np.nan], [0.1], 0.1])
 def test_a_late_action_is_checked_when_it_is_given(action):
     env = wrappers.DelayedAction(gym.make(ID), 2)
@@ -144,6 +170,35 @@ def test_wrappers_stack_and_rewards_are_asked_of_them():
     [
         (lambda env: wrappers.NoisyObservation(env, -1.0), ValueError, "deviation"),
         (lambda env: wrappers.NoisyObservation(env, 0.1, "tipp"), ValueError, "tipp"),
+        (
+            lambda env: wrappers.NoisyObservation(
+                FlattenObservation(FrameStackObservation(env, 4)), 0.1, "goal"
+            ),
+            ValueError,
+            "15 numbers wide; a wrapper below makes them 60 wide",
+        ),
+        (
+            lambda env: wrappers.ClarkeAction(wrappers.ClarkeAction(env)),
+            ValueError,
+            "a wrapper below writes them as 'clarke' already",
+        ),
+        (
+            lambda env: wrappers.ClarkeObservation(wrappers.ClarkeObservation(env)),
+            ValueError,
+            "a wrapper below writes them as 'clarke' already",
+        ),
+        (
+            lambda env: wrappers.ClarkeAction(RescaleAction(env, np.float32(0.0), np.float32(1.0))),
+            ValueError,
+            r"makes them \(3,\) from 0 to 1: put ClarkeAction on first",
+        ),
+        (
+            lambda env: wrappers.ClarkeObservation(
+                FlattenObservation(FrameStackObservation(env, 4))
+            ),
+            ValueError,
+            r"makes them \(60,\) from .*: put ClarkeObservation on first",
+        ),
         (lambda env: wrappers.DelayedAction(env, -1), ValueError, "delay"),
         (lambda env: wrappers.DelayedAction(env, 1.5), ValueError, "delay"),
         (

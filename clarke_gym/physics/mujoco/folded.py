@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.batch import slope
+from clarke_gym.numerics.batch import array_of, slope
 from clarke_gym.numerics.linear_map import map_rows
 from clarke_gym.physics.mujoco.displacements import Displacements
 from clarke_gym.physics.mujoco.engine import Engine
@@ -110,7 +110,9 @@ class FoldedSteps:
         if start.off_manifold is None or not self._watch_slack:
             return unfolded
         gap = self._displacements.folded_lengths() - np.atleast_2d(first)
-        loose = self._springs.slack(start, start, gap[:, None])
+        # A robot with nothing off the manifold does not depend on what its neighbours have there.
+        loose = array_of(start.off_manifold).any(1)
+        loose &= self._springs.slack(start, start, gap[:, None])
         return loose if unfolded is None else loose | unfolded
 
     def _went_slack(

@@ -162,6 +162,7 @@ class MujocoPhysics:
         self._begin_reading()
         self._drive = JointVector(self.batch.zeros(2 * robot.n_segments))
         self._set_diverged(np.zeros(self.batch.size, dtype=bool))
+        self._touch: FloatArray | None = np.zeros(self.batch.size)
         self._state: RobotState | None = None
         start = np.zeros((self.batch.size, robot.n_segments, 2))
         self.reset(np.arange(self.batch.size), start)
@@ -260,7 +261,9 @@ class MujocoPhysics:
     @property
     def contact_force(self) -> FloatArray:
         """Magnitude of the net force between robot and scene [N], shape (B,), at the last step."""
-        return self._steps.contact_force()
+        if self._touch is None:
+            self._touch = self._steps.contact_force()
+        return self._touch
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
@@ -280,6 +283,9 @@ class MujocoPhysics:
             diverged = self._diverged.copy()
             diverged[rows] = False
             self._set_diverged(diverged)
+        if self.surroundings.scene.bodies:
+            self._touch = self.contact_force.copy()
+            self._touch[rows] = 0.0
         if self._springs.own:
             rest = self._own_rest(rows, clarke)
         self._engine.place(rows, self.rest(clarke) if rest is None else rest, 0.0)
@@ -323,7 +329,7 @@ class MujocoPhysics:
             failed = np.logical_not((np.abs(engine.qpos) <= MAX_JOINT_ANGLE_RAD).all(1))
             end = self._stop(failed if broken is None else failed | broken, start, end)
         self._drive = end
-        self._state = None
+        self._touch = self._state = None
 
     def _stop(self, failed: NDArray[np.bool_], start: JointVector, end: JointVector) -> JointVector:
         """Hold the robots that have diverged, now or earlier, and return where all drives are."""
@@ -430,6 +436,7 @@ class MujocoPhysics:
             "qacc_warmstart": self._engine.warm.copy(),
             "drive": self._drive.get_state(),
             "diverged": self._diverged.copy(),
+            "contact_force": self.contact_force.copy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
@@ -438,4 +445,5 @@ class MujocoPhysics:
         self._engine.place(rows, state["qpos"], state["qvel"], state["qacc_warmstart"])
         self._drive = JointVector.from_state(self.batch, state["drive"])
         self._set_diverged(state["diverged"].copy())
+        self._touch = state["contact_force"].copy()
         self._state = None

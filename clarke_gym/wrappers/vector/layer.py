@@ -45,7 +45,7 @@ class EpisodeLayer(Layer):
         self.forget(mask, seed)
         observation, info = self.env.reset(seed=seed, options=options)
         # What is not reset is seen as it was.
-        shown = self.seen(observation, mask) if given is None else self.again(observation, mask)
+        shown = self.seen(observation, mask) if mask.all() else self.again(observation, mask)
         return shown, info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
