@@ -126,6 +126,12 @@ class Encoder:
         ]
         onto = encoder @ robot.decoder
         pieces = [[onto[place] / scale[k] for k, place in enumerate(places)] for scale in scales]
+        own = np.zeros_like(onto, dtype=bool)
+        for place in places:
+            own[place] = True
+        # What a segment's coordinates are made of is mostly that segment's own.
+        coupled = bool(np.abs(onto[~own]).max(initial=0.0) > _TINY)
+        self._coupled = [(onto / np.repeat(s, 2)).T.copy() for s in scales] if coupled else None
         residual = encoder - encoder @ robot.decoder @ robot.encoder
         self.sees_off = bool(np.abs(residual).max() > _TINY)
         """Whether anything off the manifold shows."""
@@ -141,7 +147,7 @@ class Encoder:
         ]
         # Axes along those of the Clarke coordinates need no sums.
         self._diagonal = None
-        if not (self.sees_off or representation.polar) and _along_axes(pieces):
+        if not (self.sees_off or representation.polar or coupled) and _along_axes(pieces):
             numbers = [np.diag(piece) for block in pieces for piece in block]
             self._diagonal = DiagonalMap(np.concatenate(numbers).tolist())
 
@@ -159,6 +165,11 @@ class Encoder:
             for vector in vectors[1:]:
                 parts = parts + vector.parts
             self._diagonal.into(parts, out)
+        elif self._coupled is not None:
+            for vector, (place, _, _), onto in zip(
+                vectors, self._blocks, self._coupled, strict=True
+            ):
+                out[:, place] = map_rows(from_components(vector.parts), onto)
         else:
             for vector, (place, pairs, factors) in zip(vectors, self._blocks, strict=True):
                 off, block = vector.off_manifold, out[:, place]

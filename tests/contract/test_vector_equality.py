@@ -9,12 +9,15 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 import clarke_gym
 from clarke_gym.integrations.sb3 import Sb3VecEnv
 from clarke_gym.registration import ENVIRONMENTS
+from clarke_gym.representations import representation_names
+from clarke_gym.representations.instruments import INSTRUMENTS
 from clarke_gym.wrappers import vector as twins
 
 ID = "clarke_gym/Reach-v0"
 NUM = 5
 MODES = ["next_step", "same_step", "disabled"]
 PHYSICS = ["constant_curvature", "mujoco"]
+REPRESENTATIONS = [name for name in representation_names() if name not in INSTRUMENTS]
 VARIANTS = [
     {"representation": "raw", "n_tendons": 3},
     {"representation": "clarke", "n_tendons": 7},
@@ -135,6 +138,23 @@ def test_by_hand_by_keyword_and_vector_entry_point_agree():
                 np.testing.assert_array_equal(a, b)
             else:  # plain wrappers over joint space in single precision
                 np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", REPRESENTATIONS)
+@pytest.mark.parametrize("robot", ["two_segment_4", "hardware"])
+def test_keyword_and_wrapper_write_the_same_observations(name, robot):
+    """Of several segments, too, whose coordinates may be made of more than one."""
+    try:
+        envs = gym.make_vec(ID, num_envs=4, robot=robot, observation_representation=name)
+    except ValueError:
+        pytest.skip("not for this robot")
+    plain = gym.make_vec(ID, num_envs=4, robot=robot)
+    by_hand = twins.RepresentationObservation(plain, name)
+    pairs = [(envs.reset(seed=2)[0], by_hand.reset(seed=2)[0])]
+    for action in np.random.default_rng(0).uniform(-1, 1, (5, *plain.action_space.shape)):
+        pairs.append((envs.step(action)[0], by_hand.step(action)[0]))
+    for ours, theirs in pairs:
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=2e-5)
 
 
 @pytest.mark.parametrize("physics", ["constant_curvature", "mujoco"])

@@ -50,6 +50,14 @@ def test_the_representation_makes_no_difference(name):
     np.testing.assert_allclose(coded, plain, rtol=0, atol=0.01)
 
 
+@pytest.mark.parametrize("name", NARROW)
+def test_what_is_observed_in_a_narrow_one_makes_no_difference(name):
+    kwargs = {"n_tendons": 4, "n_segments": 2, "goals": 20}
+    plain = errors("clarke_controller", **kwargs)
+    coded = errors("clarke_controller", observation_representation=name, **kwargs)
+    np.testing.assert_allclose(coded, plain, rtol=0, atol=0.01)
+
+
 @pytest.mark.parametrize("control", ["increment", "absolute"])
 @pytest.mark.parametrize("goal_env", [False, True])
 def test_both_controls_and_both_forms_of_observation(control, goal_env):
