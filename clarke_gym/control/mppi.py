@@ -93,7 +93,7 @@ class MppiController:
     def act(self, observation: Any) -> NDArray[np.float32]:
         """Return actions (B, k) for a batch of observations, or (k,) for a single one."""
         now, steps = self._interface.sense(observation), self._face.steps
-        parameters = self._face.parameters
+        parameters, bodies = self._face.parameters, self._interface.bodies
         size, horizon = self._imagined.action_size, self._settings.horizon
         fresh = np.ones(len(steps), bool) if self._steps is None else steps <= self._steps
         self._steps = steps
@@ -103,7 +103,12 @@ class MppiController:
         for row in range(len(steps)):
             plan = np.zeros((horizon, size)) if fresh[row] else self._plans[row]
             self._imagined.begin(
-                parameters[row], int(steps[row]), now.command[row], now.displacement[row]
+                parameters[row],
+                int(steps[row]),
+                now.command[row],
+                now.displacement[row],
+                bodies=bodies[row],
+                difficulty=self._face.difficulty,
             )
             plan = self._improved(plan)
             actions[row] = plan[0]

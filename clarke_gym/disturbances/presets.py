@@ -45,6 +45,8 @@ PRESETS: dict[str, dict[str, float]] = {
 }
 """Strength of each disturbance of a preset."""
 
+DISTURBANCES.reserve(PRESETS)
+
 
 def parse(text: str | None, physics: str) -> dict[str, float]:
     """Return the disturbances of a combination, with their strengths.

@@ -129,6 +129,8 @@ class EnvCore:
             names = tuple(name for name in names if name != ORACLE)
             if config.goal_env:
                 names = tuple(name for name in names if not name.startswith("goal"))
+        if not names:
+            raise ValueError(f"sensors={config.sensors!r} leaves nothing to observe; name one")
         for name in names:
             self._check_offers(f"sensor {name!r}", SENSORS[name].needs)
         sensors = [SENSORS[name](plant) for name in names]
@@ -171,6 +173,8 @@ class EnvCore:
             first = last
         self._vary(rows)
         self.physics.reset(rows, clarke, rest)
+        if self._pulled is not None:
+            self._pulled[rows] = 0.0
 
     def _place(self, rows: NDArray[np.intp]) -> None:
         """Put bodies where the episodes of the environments `rows` have them."""
@@ -230,13 +234,20 @@ class EnvCore:
         return self.task.evaluate(state, self.episode.goal)
 
     def begin_at(
-        self, parameters: FloatArray, steps: int, command: FloatArray, displacement: FloatArray
+        self,
+        parameters: FloatArray,
+        steps: int,
+        command: FloatArray,
+        displacement: FloatArray,
+        bodies: FloatArray | None = None,
     ) -> None:
         """Put all environments into one episode, at rest: see `Imagination.begin`."""
         rows = np.arange(self.batch.size)
         self.episode.begin_at(parameters, steps)
         if self.task.scene.placed:
-            self._place(rows)
+            if bodies is None:
+                bodies = self.task.places(self.episode.parameters[:1])[0]
+            self.physics.place(rows, np.broadcast_to(bodies, (len(rows), *bodies.shape)))
         told, there = (
             np.broadcast_to(pairs, (len(rows), *pairs.shape)) for pairs in (command, displacement)
         )
@@ -362,6 +373,7 @@ class EnvCore:
             "tally": self._tally.get_state(),
             "bodies": self.physics.surroundings.numbers.copy(),
             "difficulty": self.task.difficulty,
+            "pulled": None if self._pulled is None else self._pulled.copy(),
             "disturbances": [
                 {"drawn": disturbance.drawn.copy(), "own": disturbance.get_state()}
                 for disturbance in self.disturbances
@@ -380,6 +392,7 @@ class EnvCore:
         self._vary(np.arange(self.batch.size))
         self.physics.set_state(state["physics"])
         self._tally.set_state(state["tally"])
+        self._pulled = None if state["pulled"] is None else state["pulled"].copy()
         self._command = JointVector.from_state(self.batch, state["command"])
 
 

@@ -47,7 +47,14 @@ class Imagination:
         self.samples, self.action_size = samples, self._core.actions.representation.size
 
     def begin(
-        self, parameters: FloatArray, steps: int, command: FloatArray, displacement: FloatArray
+        self,
+        parameters: FloatArray,
+        steps: int,
+        command: FloatArray,
+        displacement: FloatArray,
+        *,
+        bodies: FloatArray | None = None,
+        difficulty: float | None = None,
     ) -> None:
         """Put all copies where an environment is.
 
@@ -59,8 +66,14 @@ class Imagination:
             Control periods since that began.
         command, displacement : ndarray, shape (S, 2)
             Clarke coordinates of command and displacement [m].
+        bodies : ndarray, shape (K, 7), optional
+            Where the bodies of a placed scene are [m]; by default where the task puts them.
+        difficulty : float, optional
+            The environment's of now; by default that of its configuration.
         """
-        self._core.begin_at(parameters, steps, command, displacement)
+        if difficulty not in (None, self._core.task.difficulty):
+            self._core.set_difficulty(difficulty)
+        self._core.begin_at(parameters, steps, command, displacement, bodies)
 
     def returns(self, actions: FloatArray, last: float = 1.0) -> FloatArray:
         """Return the sums of rewards under sequences of actions.

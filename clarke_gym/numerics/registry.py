@@ -43,6 +43,11 @@ class Registry(Generic[T]):
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._entries: dict[str, T] = {}
+        self._reserved: set[str] = set()
+
+    def reserve(self, names: Iterable[str]) -> None:
+        """Keep names that mean something else where entries are named."""
+        self._reserved.update(names)
 
     def register(self, name: str, entry: T) -> None:
         """Add an entry.
@@ -50,8 +55,13 @@ class Registry(Generic[T]):
         Raises
         ------
         ValueError
-            If the name is taken by another entry, or is no word of letters, digits and "_".
+            If the name is taken by another entry or means something else, or is no word of letters,
+            digits and "_".
         """
+        self._check(name, entry)
+        self._entries[name] = entry
+
+    def _check(self, name: str, entry: T) -> None:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             raise ValueError(
                 f"a {self.kind} needs a name of letters, digits and '_' that begins with a letter, "
@@ -59,7 +69,8 @@ class Registry(Generic[T]):
             )
         if self._entries.get(name, entry) is not entry:
             raise ValueError(f"{self.kind} {name!r} is registered already; choose another name")
-        self._entries[name] = entry
+        if name in self._reserved:
+            raise ValueError(f"{self.kind} {name!r} stands for something else; choose another name")
 
     def decorator(self, name: str, base: type) -> Callable[[T], T]:
         """Return a decorator that registers a class, and gives it the name.
@@ -67,12 +78,20 @@ class Registry(Generic[T]):
         Raises
         ------
         ValueError, TypeError
-            If the name is taken, or what is decorated is no subclass of `base`.
+            If the name is taken, or what is decorated is no subclass of `base`, or has another name
+            already.
         """
 
         def register(entry: T) -> T:
             if not (isinstance(entry, type) and issubclass(entry, base)):
                 raise TypeError(f"a {self.kind} is a subclass of {base.__name__}, got {entry!r}")
+            self._check(name, entry)
+            known = next((other for other in self._entries if self._entries[other] is entry), name)
+            if known != name:
+                raise ValueError(
+                    f"{entry.__name__} is the {self.kind} {known!r} already; register a subclass "
+                    f"as {name!r}"
+                )
             self.register(name, entry)
             entry.name = name  # type: ignore[attr-defined]
             return entry

@@ -20,14 +20,16 @@ from clarke_gym.numerics.checks import check_choice
 from clarke_gym.robots import Robot, make_robot
 
 _EXACT = {
-    "body": ("pos",),
-    "geom": ("pos", "size", "mass"),
-    "joint": ("stiffness", "damping"),
-    "site": ("pos",),
-    "inertial": ("mass",),
-    "general": ("gainprm", "biasprm"),
+    "option": {"timestep": "timestep", "gravity": "gravity"},
+    "body": {"pos": "pos", "quat": "quat"},
+    "geom": {"pos": "pos", "quat": "quat", "size": "size", "mass": "mass"},
+    "joint": {"stiffness": "stiffness", "damping": "damping"},
+    "site": {"pos": "pos"},
+    "inertial": {"pos": "ipos", "quat": "iquat", "mass": "mass", "diaginertia": "inertia"},
+    "general": {"gainprm": "gainprm", "biasprm": "biasprm"},
 }
-"""Attributes that MuJoCo would write with six digits, by the tag of their element."""
+"""Attributes that MuJoCo would write with six digits and what they are called in its description,
+by the tag of their element."""
 
 
 def mjcf(
@@ -76,6 +78,8 @@ def mjcf(
     spec: Any = chain.spec
     root = ET.fromstring(spec.to_xml())
     root.set("model", "clarke_gym")
+    for option in root.findall("option"):
+        _write(option, spec.option)
     _write_bodies(root, spec)
     for element, tendon in _pairs(root.findall("tendon/*"), spec.tendons):
         for part, wrap in _pairs(element, tendon.path):
@@ -109,10 +113,10 @@ def _pairs(elements: Iterable[ET.Element], described: Iterable[Any]) -> Iterable
 
 def _write(element: ET.Element, described: Any) -> None:
     """Write the numbers that an element shows in full."""
-    for name in _EXACT[element.tag]:
+    for name, described_as in _EXACT[element.tag].items():
         if (shown := element.get(name)) is not None:
             count = len(shown.split())
-            numbers = np.atleast_1d(getattr(described, name))[:count]
+            numbers = np.atleast_1d(getattr(described, described_as))[:count]
             element.set(name, " ".join(repr(float(number)) for number in numbers))
 
 

@@ -13,6 +13,7 @@ from clarke_gym import kinematics
 from clarke_gym.kinematics.arcs import angle_over_sine
 from clarke_gym.numerics.arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
 from clarke_gym.numerics.checks import check_pairs
+from clarke_gym.numerics.linear_map import block_diagonal
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.stiffness import axial_stiffness as axial_stiffness
 from clarke_gym.robots.stiffness import bending_stiffness as bending_stiffness
@@ -181,6 +182,8 @@ def bending_from_disk_displacements(rho: Array, robot: Robot) -> Array:
 
     Clarke coordinates give :math:`b = \mathrm{sinc}(\phi_s/2)\,\beta` for each segment, hence
     :math:`\sin(\phi_s/2) = |b|/(2N)` and :math:`\beta = b\,t/\sin t` with :math:`t = \phi_s/2`.
+    What all tendons of a segment have in common, the chords' shortening, is no bend: it is fitted
+    beside the Clarke coordinates, which feel it where tendons are not spaced evenly.
 
     Parameters
     ----------
@@ -207,7 +210,9 @@ def bending_from_disk_displacements(rho: Array, robot: Robot) -> Array:
     """
     rho = _joints(rho, robot, "rho")
     xp = array_namespace(rho)
-    clarke = rho @ matrix_like(robot.encoder.T, rho)
+    decoders = [np.column_stack([s.matrices[1], np.ones(s.n_tendons)]) for s in robot.segments]
+    encoder = block_diagonal([np.linalg.pinv(decoder)[:2] for decoder in decoders])
+    clarke = rho @ matrix_like(encoder.T, rho)
     clarke = clarke.reshape(*clarke.shape[:-1], robot.n_segments, 2)
     chords = kinematics.clarke_to_bending(clarke, robot.pitch_radii)
     square = (chords * chords).sum(-1)[..., None] / (4.0 * _disks(robot, chords) ** 2)

@@ -89,10 +89,10 @@ def _rotated(segment: Segment) -> LinearMaps:
 
 
 def _two_tendon(segment: Segment) -> LinearMaps:
-    decoder = segment.matrices[1]
-    sines = np.abs(np.sin(segment.angles - segment.angles[0]))
-    second = int(np.argmax(sines.round(12)))  # the first of equals, whatever the rounding
-    return _on_manifold(segment, np.linalg.inv(decoder[[0, second]]))
+    decoder, angles = segment.matrices[1], segment.angles
+    sines = np.abs(np.sin(angles[:, None] - angles)).round(12)
+    pair = np.unravel_index(np.argmax(sines), sines.shape)  # the first of equals, but for rounding
+    return _on_manifold(segment, np.linalg.inv(decoder[[*pair]]))
 
 
 def _random_basis(segment: Segment) -> LinearMaps:

@@ -67,21 +67,20 @@ def check_plausible(data: Mapping[str, Any], where: str) -> None:
     --------
     >>> check_plausible({"length_m": 0.2}, "segment 1")
     """
-    for key, value in data.items():
-        if key in PLAUSIBLE:
-            low, high, unit = PLAUSIBLE[key]
-            of_all = key in LAYOUT
-            if of_all and value is None:
-                continue
-            if of_all and not isinstance(value, list | tuple):
-                raise ValueError(f"{where}: {key} must be a list of numbers, got {value!r}")
-            for one in value if of_all else [value]:
-                number = isinstance(one, int | float) and not isinstance(one, bool)
-                if not number or not low <= one <= high:
-                    raise ValueError(
-                        f"{where}: {key} must be {'numbers' if of_all else 'a number'} from "
-                        f"{low:g} to {high:g} {unit}, got {value!r}: is it in another unit?"
-                    )
+    for key, values in data.items():
+        if key not in PLAUSIBLE or (key in LAYOUT and values is None):
+            continue
+        low, high, unit = PLAUSIBLE[key]
+        if key in LAYOUT and not isinstance(values, list | tuple):
+            raise ValueError(f"{where}: {key} must be a list of numbers, got {values!r}")
+        for value in values if key in LAYOUT else [values]:
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not low <= value <= high:
+                kind = "numbers" if key in LAYOUT else "a number"
+                raise ValueError(
+                    f"{where}: {key} must be {kind} from {low:g} to {high:g} {unit}, "
+                    f"got {values!r}: is it in another unit?"
+                )
 
 
 def robot_from_dict(data: Mapping[str, Any], where: str = "robot") -> Robot:

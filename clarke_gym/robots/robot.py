@@ -48,7 +48,8 @@ class Segment:
     disk_thickness_m : float
         Thickness of one disk [m]; all disks must fit into the segment.
     joint_type : {"tendon", "rod", "bellows"}
-        What actuates the segment: tendons only pull; push-pull rods and bellows also push.
+        What actuates the segment: tendons only pull; push-pull rods and bellows also push. MuJoCo
+        simulates bellows as rods, although they cannot pull.
     tendon_stiffness_n_m : float
         Axial stiffness of one tendon, rod or bellows [N/m].
     pretension_n : float

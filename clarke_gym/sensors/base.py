@@ -142,6 +142,8 @@ LADDER = {
 }
 """Names for several sensors together."""
 
+SENSORS.reserve([*LADDER, ORACLE, "none"])
+
 
 def register_sensor(name: str) -> Callable[[Any], Any]:
     """Return a decorator that makes a sensor available in ``sensors="... + name"``.

@@ -74,7 +74,7 @@ class TipVelocity(_Position):
 
     @property
     def scale(self) -> float:
-        """The fastest that tendons at their speed limit move a straight robot's tip [m/s]."""
+        """Faster than tendons at their speed limit turn a straight robot's tip round its base."""
         robot = self.plant.robot
         return float((robot.tendon_speeds / robot.pitch_radii).max() * robot.length_m)
 

@@ -58,6 +58,18 @@ def action_codec(env: Any) -> ActionCodec | None:
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
+
+    Returns
+    -------
+    ActionCodec or None
+
+    Examples
+    --------
+    >>> import gymnasium, clarke_gym
+    >>> from clarke_gym.wrappers import ClarkeAction
+    >>> env = gymnasium.make("clarke_gym/Reach-v0")
+    >>> action_codec(env), action_codec(ClarkeAction(env)).representation.name
+    (None, 'clarke')
     """
     return next((codec for codec in _codecs(env) if isinstance(codec, ActionCodec)), None)
 
@@ -68,6 +80,18 @@ def observation_codec(env: Any) -> ObservationCodec | None:
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
+
+    Returns
+    -------
+    ObservationCodec or None
+
+    Examples
+    --------
+    >>> import gymnasium, clarke_gym
+    >>> from clarke_gym.wrappers import ClarkeObservation
+    >>> env = gymnasium.make("clarke_gym/Reach-v0")
+    >>> observation_codec(env), observation_codec(ClarkeObservation(env)).representation.name
+    (None, 'clarke')
     """
     return next((codec for codec in _codecs(env) if isinstance(codec, ObservationCodec)), None)
 
@@ -80,6 +104,10 @@ def place_of(env: Any, block: Block) -> slice:
     env : gymnasium.Env or gymnasium.vector.VectorEnv
     block : Block
         Of the environment's `sensors`.
+
+    Returns
+    -------
+    slice
 
     Examples
     --------

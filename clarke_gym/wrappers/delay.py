@@ -6,11 +6,12 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.numerics.checks import check_count
-from clarke_gym.wrappers.codec import face_of
+from clarke_gym.wrappers.codec import action_codec, face_of
 from clarke_gym.wrappers.goals import AsksRewards
 
 
@@ -29,21 +30,31 @@ class Line:
     Raises
     ------
     ValueError, TypeError
-        If the delay is no number of control periods, or actions are absolute.
+        If the delay is no number of control periods, actions are absolute, or a wrapper below has
+        changed their bounds.
     """
 
     def __init__(self, env: Any, space: Any, num_envs: int, delay: int) -> None:
         check_count("delay", delay, 0)
-        if face_of(env, "DelayedAction").control != "increment":
+        face, codec = face_of(env, "DelayedAction"), action_codec(env)
+        if face.control != "increment":
             raise ValueError(
-                "DelayedAction needs control='increment', whose action 0 means to wait; the "
+                "DelayedAction needs control='increment', where drives can be told to wait; the "
                 "disturbance 'command_delay' delays commands of any control"
             )
-        self._kept = np.zeros((num_envs, delay + 1, *space.shape), np.float64)
+        representation = codec.representation if codec else face.action_representation
+        self._wait = representation.encode(np.zeros(representation.n_joints))
+        if space != spaces.Box(-1.0, 1.0, self._wait.shape, np.float32):
+            raise ValueError(
+                f"DelayedAction needs actions from -1 to 1 of the shape {self._wait.shape}; a "
+                f"wrapper below makes them {space!r}: put DelayedAction on first"
+            )
+        self._kept = np.empty((num_envs, delay + 1, *space.shape), np.float64)
+        self.clear(slice(None))
 
     def clear(self, rows: Any) -> None:
         """Forget what is on its way."""
-        self._kept[rows] = 0.0
+        self._kept[rows] = self._wait
 
     def passed(self, actions: ArrayLike) -> NDArray[np.float64]:
         """Return the actions that arrive while others set out, both (B, ...).

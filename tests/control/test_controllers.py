@@ -14,6 +14,7 @@ from clarke_gym.control.controllers import (
 )
 from clarke_gym.control.curl import TIGHTER, CurlController, curl
 from clarke_gym.control.manifold_interface import ManifoldInterface
+from clarke_gym.control.mppi import MppiController, MppiSettings
 from clarke_gym.kinematics import bending_to_clarke
 from clarke_gym.physics.base import hull_radius
 from clarke_gym.representations import representation_names
@@ -168,3 +169,18 @@ def test_mistakes_are_named():
         make_controller("pid", env)
     with pytest.raises(TypeError, match="needs a clarke_gym environment"):
         make_controller("clarke_controller", gym.make("CartPole-v1"))
+
+
+def test_a_planner_knows_the_difficulty_and_the_bodies_of_now():
+    env = gym.make("clarke_gym/Gate-v0", representation="clarke", difficulty=0.0)
+    env.unwrapped.set_difficulty(1.0)
+    observation, _ = env.reset(seed=0)
+    planner = MppiController(env, MppiSettings(samples=8, horizon=3))
+    planner.act(observation)
+    ours, imagined = env.unwrapped, planner._imagined._core
+    np.testing.assert_array_equal(imagined.physics.state.bodies[5], ours.physics.state.bodies[0])
+    assert imagined.task.success_tolerance == ours.task.success_tolerance
+    bars = ours.physics.state.bodies[0]
+    ours.set_difficulty(0.0)  # the episode that runs keeps its bars
+    planner.act(observation)
+    np.testing.assert_array_equal(imagined.physics.state.bodies[5], bars)

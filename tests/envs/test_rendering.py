@@ -1,5 +1,6 @@
 """Pictures: shape, what they show, headless, recording, and clear errors."""
 
+import copy
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -326,3 +327,19 @@ def test_what_is_left_to_free_at_exit_comes_before_the_backend_closes():
     command = [sys.executable, "-c", AT_EXIT]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == ["the picture is freed", "the backend is closed"]
+
+
+def test_a_push_is_drawn_while_it_lasts_and_not_after_a_reset():
+    size = {"render_mode": "rgb_array", "render_width": 96, "render_height": 96}
+    keywords = {"physics": "mujoco", "disturbances": "push=10", "representation": "clarke", **size}
+    used, fresh = (gym.make("clarke_gym/Reach-v0", **keywords) for _ in range(2))
+    used.reset(seed=4)
+    for _ in range(30):
+        used.step(np.zeros(2, np.float32))
+        if np.abs(used.unwrapped._core._pulled).max() > 0.0:
+            break
+    twin = copy.deepcopy(used)
+    np.testing.assert_array_equal(used.render(), twin.render())
+    for env in (used, fresh):
+        env.reset(seed=5)
+    np.testing.assert_array_equal(used.render(), fresh.render())

@@ -292,6 +292,16 @@ def test_names_are_registered_once():
         clarke_gym.register_task("test_function")(no_task)
 
 
+def test_a_class_has_one_name_and_names_that_mean_more_are_kept():
+    with pytest.raises(ValueError, match="Orbit is the task 'test_orbit' already; register a sub"):
+        clarke_gym.register_task("test_orbit_again")(Orbit)
+    for kind, name in (("sensor", "tip"), ("sensor", "oracle"), ("disturbance", "harsh")):
+        base = clarke_gym.TaskSensor if kind == "sensor" else clarke_gym.Disturbance
+        decorator = getattr(clarke_gym, f"register_{kind}")(name)
+        with pytest.raises(ValueError, match=f"{kind} '{name}' stands for something else"):
+            decorator(type("Mine", (base,), {}))
+
+
 def test_a_representation_must_be_what_the_registry_says(monkeypatch):
     monkeypatch.setattr(REPRESENTATIONS, "_entries", dict(REPRESENTATIONS._entries))
     clarke_gym.register_representation("test_transposed", lambda segment: segment.matrices)

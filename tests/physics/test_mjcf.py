@@ -8,6 +8,7 @@ import clarke_gym
 from clarke_gym.physics.mjcf import mjcf
 from clarke_gym.physics.mujoco.model import PROFILES, build_chain
 from clarke_gym.robots import make_robot
+from clarke_gym.robots.scene import Capsule, Scene
 
 NUMBERS = (
     "body_pos",
@@ -21,11 +22,23 @@ NUMBERS = (
     "actuator_forcerange",
     "wrap_prm",
     "geom_size",
+    "geom_pos",
+    "geom_quat",
+    "body_quat",
+    "body_iquat",
     "site_pos",
 )
 
+ODD = {
+    "sim_dt_s": 0.05 / 13,
+    "base_quaternion": (0.1, 0.5, -0.7, 0.5),
+    "gravity_m_s2": (0.1 / 3.0, 0.0, -9.81 / 3.0),
+    "payload_kg": 0.01 / 3.0,
+    "scene": Scene((Capsule((0.1, 0.02, 0.03), (0.1, 0.2, 0.17), 0.01 / 3.0),)),
+}
 
-@pytest.mark.parametrize("options", [{}, {"folded": True}, {"routing": "chord"}])
+
+@pytest.mark.parametrize("options", [{}, {"folded": True}, {"routing": "chord"}, ODD])
 @pytest.mark.parametrize("robot", ["hardware", make_robot(n_tendons=7, n_segments=2)])
 def test_the_file_holds_the_very_same_numbers(robot, options):
     read = mujoco.MjModel.from_xml_string(mjcf(robot, profile="fast", **options))
@@ -33,6 +46,8 @@ def test_the_file_holds_the_very_same_numbers(robot, options):
     built = build_chain(make_robot(robot), PROFILES["fast"], **options).model
     for name in NUMBERS:
         np.testing.assert_array_equal(getattr(read, name), getattr(built, name), err_msg=name)
+    assert read.opt.timestep == built.opt.timestep
+    np.testing.assert_array_equal(read.opt.gravity, built.opt.gravity)
 
 
 def test_cables_pull_by_their_commanded_length_and_never_push(tmp_path):

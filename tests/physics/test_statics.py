@@ -140,3 +140,12 @@ def test_impossible_displacements_are_refused():
         bending_from_disk_displacements(np.array([0.3, -0.15, -0.15]), Robot())
     with pytest.raises(ValueError, match="last axis of 3"):
         shape_from_tension(np.zeros(4), Robot())
+
+
+@pytest.mark.parametrize("angles", [(0.0, 1.2, 3.0), (0.3, 2.0, 3.1, 5.0)])
+def test_disk_displacements_are_inverted_where_tendons_are_not_spaced_evenly(angles):
+    segment = Segment(n_tendons=len(angles), tendon_angles_rad=angles, n_disks=4)
+    robot = Robot((segment, segment))
+    bending = np.array([[1.0, 0.5], [-0.4, 0.8]])
+    back = bending_from_disk_displacements(disk_displacements(bending, robot), robot)
+    np.testing.assert_allclose(back, bending, rtol=0, atol=1e-9)

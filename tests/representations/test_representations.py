@@ -179,3 +179,10 @@ def test_own_bends_of_one_segment_are_clarke_coordinates():
     robot = make_robot(n_tendons=5)
     bends, clarke = (make_representation(name, robot) for name in ("clarke_bends", "clarke"))
     np.testing.assert_array_equal(bends.decoder, clarke.decoder)
+
+
+def test_two_tendons_are_those_closest_to_a_right_angle():
+    third = np.pi / 3.0
+    segment = Segment(tendon_angles_rad=(0.0, third, third + 0.5 * np.pi))
+    decoder = make_representation("two_tendon", Robot((segment,))).decoder
+    np.testing.assert_allclose(decoder[1:], np.eye(2), rtol=0, atol=1e-12)

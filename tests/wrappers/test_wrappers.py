@@ -157,6 +157,23 @@ def test_a_late_action_is_checked_when_it_is_given(action):
         env.step(np.float32(action))
 
 
+@pytest.mark.parametrize("name", ["raw", "clarke", "arc_polar"])
+def test_drives_wait_for_a_late_action_in_every_representation(name):
+    by_keyword = gym.make(ID, n_tendons=5, action_representation=name)
+    by_hand = gym.make(ID, n_tendons=5)
+    if name != "raw":
+        by_hand = wrappers.RepresentationAction(by_hand, name)
+    for env in (by_keyword, by_hand):
+        late = wrappers.DelayedAction(env, 2)
+        late.reset(seed=1)
+        late.action_space.seed(0)
+        start = env.unwrapped.physics.state.command
+        for k in range(3):
+            late.step(late.action_space.sample())
+            gone = np.abs(env.unwrapped.physics.state.command - start).max()
+            assert (gone > 1e-6) == (k == 2)
+
+
 def test_wrappers_stack_and_rewards_are_asked_of_them():
     env = gym.make(ID, goal_env=True, **KEYWORDS)
     env = wrappers.DelayedAction(wrappers.NoisyObservation(env, 0.01), 1)
@@ -201,6 +218,13 @@ def test_wrappers_stack_and_rewards_are_asked_of_them():
         ),
         (lambda env: wrappers.DelayedAction(env, -1), ValueError, "delay"),
         (lambda env: wrappers.DelayedAction(env, 1.5), ValueError, "delay"),
+        (
+            lambda env: wrappers.DelayedAction(
+                RescaleAction(env, np.float32(0.0), np.float32(1.0)), 1
+            ),
+            ValueError,
+            "put DelayedAction on first",
+        ),
         (
             lambda env: wrappers.DelayedAction(gym.make(ID, control="absolute"), 1),
             ValueError,
