@@ -58,6 +58,18 @@ class Metric:
             return self.name
         return f"{self.name.removesuffix(f'_{self.unit}')}_{self.shown_unit}"
 
+    def rises(self, shown: ArrayLike) -> bool:
+        """Return whether larger values are better, by where the worst lies among shown ones.
+
+        Examples
+        --------
+        >>> held, error = Metric("held", "time held", "", 0.0), Metric("e_m", "error", "m", 0.4)
+        >>> held.rises([0.0, 0.0, 0.0, 0.7]), error.rises([400.0, 400.0, 3.0])
+        (True, False)
+        """
+        values, worst = np.asarray(shown, float), self.factor * self.worst
+        return bool(worst < np.median(values) or worst == values.min() < values.max())
+
     def with_unit(self, form: str = " [{}]") -> str:
         """Return the label, followed by the unit if there is one."""
         return self.label + (form.format(self.shown_unit) if self.unit else "")

@@ -12,6 +12,7 @@ import csv
 import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,7 @@ LAWS: dict[str, Draw] = {"normal": _normal, "a fifth fails": _failing, "log-norm
 
 def intervals(law: str, x: Array, y: Array, seed: int) -> Iterator[tuple[str, str, Interval]]:
     """Yield (statistic, method, interval) for two arms of the same law."""
-    settings = {"seed": seed, "reps": REPS}
+    settings: Any = {"seed": seed, "reps": REPS}
     if law == "log-normal steps":
         yield "ratio of means", "log-t", mean_ratio_t(x, y)
         yield "ratio of means", "percentile bootstrap", speed_up([x], [y], **settings)

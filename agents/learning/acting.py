@@ -92,7 +92,7 @@ def evaluate_run(folder: Path, agent: str, n_goals: int) -> str:
     for metric in evaluation.metrics:
         values = metric.factor * result[metric.name]
         middle = np.median(values)
-        worst = values.max() if metric.factor * metric.worst >= middle else values.min()
+        worst = values.min() if metric.rises(values) else values.max()
         for name, value in (("median", middle), ("worst", worst)):
             rows.append((f"{metric.label}, {name}", f"{value:8.2f} {metric.shown_unit}".rstrip()))
     rows.append(("return, mean", f"{result['episode_return'].mean():8.2f}"))

@@ -10,9 +10,9 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, model_validator
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -27,10 +27,24 @@ PositiveFloat = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 
 
+def _takes_truth(annotation: Any) -> bool:
+    """Return whether a field may be true or false."""
+    return annotation in (bool, Any) or any(map(_takes_truth, get_args(annotation)))
+
+
 class Model(BaseModel):
     """Frozen settings; an unknown key is an error."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _truth_is_no_number(cls, data: Any) -> Any:
+        for name, value in data.items() if isinstance(data, dict) else ():
+            field = cls.model_fields.get(name)
+            if isinstance(value, bool) and field and not _takes_truth(field.annotation):
+                raise ValueError(f"{name} must not be true or false, got {value!r}")
+        return data
 
 
 class Settings(Model):
@@ -134,7 +148,12 @@ class PPOSettings(Settings):
 
     def problems(self, num_envs: int, goal_env: bool) -> list[str]:
         """Return what of these settings does not go with each other or the environments."""
-        del num_envs, goal_env
+        del goal_env
+        if min(self.batch_size, self.n_steps * num_envs) < 2:
+            return [
+                f"batch_size={self.batch_size}, and n_steps={self.n_steps} times "
+                f"num_envs={num_envs}, must be 2 or more: advantages are normalised"
+            ]
         if self.noise == "manifold" and self.likelihood == "joint":
             return ["noise=manifold has no joint likelihood: it needs likelihood=marginal"]
         if self.noise == "manifold" and self.noise_course:
@@ -190,7 +209,7 @@ class _OffPolicySettings(Settings):
         """Return what of these settings does not go with the environments."""
         found = []
         updates = self.updates_per_env_step * num_envs
-        if updates != int(updates):
+        if abs(updates - round(updates)) > 1e-9 or round(updates) < 1:
             whole = max(1, round(updates)) / num_envs
             found.append(
                 f"updates_per_env_step={self.updates_per_env_step} makes {updates} updates a step "
@@ -205,13 +224,18 @@ class _OffPolicySettings(Settings):
         fields = self.model_dump(exclude=exclude | own)
         fields |= {
             "train_freq": 1,
-            "gradient_steps": int(self.updates_per_env_step * sizes["num_envs"]),
+            "gradient_steps": round(self.updates_per_env_step * sizes["num_envs"]),
             "policy_kwargs": {"net_arch": self.net_arch},
         }
         if self.replay == "her":
             from stable_baselines3 import HerReplayBuffer
 
             first = sizes["episode"] * sizes["num_envs"]
+            if self.buffer_size < 2 * first:
+                raise ValueError(
+                    f"replay=her needs a buffer_size of two episodes an environment, {2 * first} "
+                    f"or more, got {self.buffer_size}"
+                )
             fields |= {
                 "replay_buffer_class": HerReplayBuffer,
                 "learning_starts": max(self.learning_starts, first),
@@ -241,7 +265,8 @@ class TQCSettings(_MaximumEntropySettings):
     """Truncated quantile critics: soft actor-critic without the critics' most hopeful quantiles."""
 
     name: Literal["tqc"] = "tqc"
-    top_quantiles_to_drop_per_net: NonNegativeInt = 2
+    top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0, le=24)] = 2
+    """Of 25; without the highest ones a critic hopes less."""
 
 
 class TD3Settings(_OffPolicySettings):

@@ -181,6 +181,7 @@ def _state(model: BaseAlgorithm, vec_env: Sb3VecEnv, progress: dict[str, Any]) -
         "random": random.getstate(),
         "numpy": np.random.get_state(),  # noqa: NPY002  (SB3 draws from the global generator)
         "torch": torch.get_rng_state(),
+        "actions": model.action_space.np_random,  # off-policy learners draw their first ones here
         "progress": progress,
     }
 
@@ -198,6 +199,7 @@ def _restore(state: dict[str, Any], model: BaseAlgorithm, vec_env: Sb3VecEnv) ->
         random.setstate(state["random"])
         np.random.set_state(state["numpy"])  # noqa: NPY002
         torch.set_rng_state(state["torch"])
+        model.action_space._np_random = state["actions"]
         progress: dict[str, Any] = state["progress"]
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RuntimeError) as error:
         raise DamagedError(f"it is of another model: {type(error).__name__}: {error}") from error
@@ -220,7 +222,7 @@ def _replay(model: OffPolicyAlgorithm) -> dict[str, Any]:
     assert buffer is not None
     rows = buffer.buffer_size if buffer.full else buffer.pos
     arrays = {
-        name: array[:rows] if len(array) == buffer.buffer_size else array
+        name: array[:rows] if array.shape[:2] == (buffer.buffer_size, buffer.n_envs) else array
         for name, array in _buffer_arrays(model).items()
     }
     return {"pos": buffer.pos, "full": buffer.full, "arrays": arrays}

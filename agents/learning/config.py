@@ -67,7 +67,8 @@ class EnvSettings(Model):
                 f"{self.id} is registered without vector_entry_point, which training steps"
             )
         try:
-            gym.make(self.id, **self.kwargs).close()  # type: ignore[arg-type]
+            keywords: dict[str, Any] = self.kwargs
+            gym.make_vec(self.id, 1, vectorization_mode="vector_entry_point", **keywords).close()
         except (TypeError, ValueError, OverflowError, MemoryError, gym.error.Error) as error:
             raise ValueError(str(error)) from None
         return self

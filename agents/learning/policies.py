@@ -71,7 +71,9 @@ def load_policy(folder: Path, config: TrainConfig) -> BaseAlgorithm:
                 "and is not read. Train the run again, into another folder"
             )
         raise ConfigError(f"{folder} holds no trained policy ({TENSORS}); finish it first")
-    if (folder / files.DONE).is_file() and (found := files.damage(folder)):
+    if not (folder / files.DONE).is_file():
+        raise ConfigError(f"{folder} is not finished; the command that trained it goes on with it")
+    if found := files.damage(folder):
         raise ConfigError(f"damaged run: {found}")
     vec_env = make_training_env(config)
     model = make_model(config, vec_env)

@@ -313,6 +313,9 @@ def _learn(
         recorder.diagnose()
         recorder.evaluate()
         recorder.save()
+    except torch.linalg.LinAlgError as error:  # type: ignore[attr-defined]
+        reason = str(error).splitlines()[0]
+        raise LearningFailure(f"the policy's noise is singular: {reason}") from error
     except ValueError as error:  # torch and the environment refuse what is not finite
         if is_finite(model) and "to satisfy the constraint" not in str(error):
             raise

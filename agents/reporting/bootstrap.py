@@ -1,9 +1,10 @@
 """Stratified percentile bootstrap over training runs.
 
 A *run* is one training seed. Scores of one arm come as *strata*: a sequence with one array of run
-scores for each task. Runs are resampled with replacement inside their task. Tasks with equally many
-runs are resampled alike, so that a seed's runs stay together: they share their network's start and
-their goals, and in Clarke coordinates tasks can be the very same, whose runs say one thing only.
+scores for each task. Runs are resampled with replacement inside their task, seeds alike in all, so
+that a seed's runs stay together: they share their network's start and their goals, and in Clarke
+coordinates tasks can be the very same, whose runs say one thing only. Where tasks have other seeds
+(``units``), one sequence of seeds is drawn, of which each task takes those that it has.
 Every arm is resampled independently of the others, which is conservative when the arms share goals.
 Every function needs a ``seed`` and draws from a generator of its own.
 """
@@ -18,6 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 Array: TypeAlias = NDArray[np.float64]
 Strata: TypeAlias = Sequence[ArrayLike]
 Statistic: TypeAlias = Callable[..., Array]
+Units: TypeAlias = Sequence[Sequence[Sequence[int]]]
+"""For each arm and task, which seed each run is of."""
 
 REPS = 2000
 LEVEL = 0.95
@@ -60,13 +63,34 @@ def _arm(strata: Strata) -> list[Array]:
     return arrays
 
 
-def _resampled(arm: list[Array], reps: int, rng: np.random.Generator) -> list[Array]:
-    picks = {n: rng.integers(n, size=(reps, n)) for n in dict.fromkeys(map(len, arm))}
-    return [stratum[picks[len(stratum)]] for stratum in arm]
+def _resampled(
+    arm: list[Array], reps: int, rng: np.random.Generator, seeds: Sequence[Sequence[int]] | None
+) -> list[Array]:
+    if seeds is None or all(list(of_task) == list(seeds[0]) for of_task in seeds):
+        picks = {n: rng.integers(n, size=(reps, n)) for n in dict.fromkeys(map(len, arm))}
+        return [stratum[picks[len(stratum)]] for stratum in arm]
+    everyone = sorted({seed for of_task in seeds for seed in of_task})
+    places = np.full((len(arm), len(everyone)), -1)
+    for task, of_task in enumerate(seeds):
+        places[task, np.searchsorted(everyone, of_task)] = np.arange(len(of_task))
+    drawn = rng.integers(len(everyone), size=(reps, 2 * len(everyone)))
+    while (np.sum(places[:, drawn] >= 0, axis=2) < [[len(s)] for s in arm]).any():
+        more = rng.integers(len(everyone), size=drawn.shape)
+        drawn = np.concatenate([drawn, more], axis=1)
+    taken = []
+    for stratum, place in zip(arm, places[:, drawn], strict=True):
+        first = np.argsort(place < 0, axis=1, kind="stable")[:, : len(stratum)]
+        taken.append(stratum[np.take_along_axis(place, first, axis=1)])
+    return taken
 
 
 def bootstrap_band(
-    statistic: Statistic, *arms: Strata, seed: int, reps: int = REPS, level: float = LEVEL
+    statistic: Statistic,
+    *arms: Strata,
+    seed: int,
+    reps: int = REPS,
+    level: float = LEVEL,
+    units: Units | None = None,
 ) -> tuple[Array, Array, Array]:
     """Pointwise percentile bootstrap of a statistic with any trailing shape, such as a curve.
 
@@ -84,6 +108,9 @@ def bootstrap_band(
         Bootstrap replications.
     level : float
         Coverage aimed at.
+    units : sequence of sequences of sequences of int, optional
+        The seed of every run of every task of every arm; by default runs of equally many are taken
+        to be of the same seeds.
 
     Returns
     -------
@@ -108,7 +135,8 @@ def bootstrap_band(
     if min(len(s) for arm in data for s in arm) < 2:  # one run says nothing about its spread
         return estimate, np.full_like(estimate, np.nan), np.full_like(estimate, np.nan)
     rng = np.random.default_rng(seed)
-    draws = statistic(*(_resampled(arm, reps, rng) for arm in data))
+    known = [None] * len(data) if units is None else list(units)
+    draws = statistic(*(_resampled(a, reps, rng, u) for a, u in zip(data, known, strict=True)))
     tail = (1 - level) / 2
     # An order statistic instead of interpolation: also right for infinite ratios.
     low, high = np.quantile(draws, [tail, 1 - tail], axis=0, method="inverted_cdf")
@@ -116,7 +144,12 @@ def bootstrap_band(
 
 
 def bootstrap(
-    statistic: Statistic, *arms: Strata, seed: int, reps: int = REPS, level: float = LEVEL
+    statistic: Statistic,
+    *arms: Strata,
+    seed: int,
+    reps: int = REPS,
+    level: float = LEVEL,
+    units: Units | None = None,
 ) -> Interval:
     """As `bootstrap_band`, for a scalar statistic: `statistic` returns shape (reps,).
 
@@ -125,5 +158,5 @@ def bootstrap(
     >>> bootstrap(lambda arm: arm[0].mean(axis=1), [[1.0, 1.0, 1.0]], seed=0)
     Interval(estimate=1.0, low=1.0, high=1.0)
     """
-    band = bootstrap_band(statistic, *arms, seed=seed, reps=reps, level=level)
+    band = bootstrap_band(statistic, *arms, seed=seed, reps=reps, level=level, units=units)
     return Interval(*map(float, band))

@@ -15,6 +15,7 @@ import numpy as np
 
 from agents.metrics import Metric
 from agents.reporting.cells import from_cell
+from agents.reporting.loading import registered
 from agents.reporting.results import Arm, Array, Evals, ResultsError, Run, Status, Study
 from agents.yaml_files import read_yaml
 
@@ -132,7 +133,7 @@ def load_committed(folder: Path) -> Study:
             env_steps=grid,
             references={},
             base=data["base"],
-            registered=str(data.get("registered") or ""),
+            **registered(data),
             per_goal=False,
         )
     except (KeyError, TypeError, ValueError, StopIteration) as error:

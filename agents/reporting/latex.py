@@ -13,6 +13,9 @@ _LETTERS = {
     "\u2013": "--",
     "\u2265": r"$\geq$",
     "\u2264": r"$\leq$",
+    "\u221e": r"$\infty$",
+    "<": "$<$",
+    ">": "$>$",
     **{letter: f"\\{letter}" for letter in "&%$#_{}"},
 }
 
@@ -42,7 +45,9 @@ def latex(rows: Rows) -> str:
     \bottomrule
     \end{tabular}
     """
-    heading, *body = [" & ".join(map(escaped, row)) + r" \\" for row in rows]
+    lines = [" & ".join(map(escaped, row)) + r" \\" for row in rows]
+    # What begins with a bracket or a star would be an argument of the line break before it.
+    heading, *body = [f"{{}}{line}" if line[:1] in ("[", "*") else line for line in lines]
     columns = "l" * len(rows[0])
     return "\n".join(
         [

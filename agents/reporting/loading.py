@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from agents.files import DONE, EVALS, FAILED, GOALS, MANIFEST, ConfigError, damage, run_folder
 from agents.metrics import FILE as METRICS_FILE
 from agents.metrics import Metric, read_metrics
+from agents.registration import registration
 from agents.reporting.results import Arm, Array, Evals, Reference, ResultsError, Run, Status, Study
 from agents.yaml_files import read_yaml
 
@@ -187,6 +188,23 @@ def _threshold(data: Mapping[str, Any], where: str) -> float:
     return level
 
 
+def registered(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a study's file says of its preregistration, as `Study` takes it.
+
+    Examples
+    --------
+    >>> registered({"name": "a"})
+    {'registered': '', 'planned_seeds': None, 'registration_holds': True}
+    """
+    found, plan = str(data.get("registered") or ""), data.get("preregistration")
+    planned = plan.get("planned_seeds") if isinstance(plan, Mapping) else None
+    return {
+        "registered": found,
+        "planned_seeds": planned if isinstance(planned, int) else None,
+        "registration_holds": not found or registration(data) == found,
+    }
+
+
 def load_study(study_dir: Path) -> Study:
     """Load ``study.yaml`` and every run below it.
 
@@ -237,5 +255,5 @@ def load_study(study_dir: Path) -> Study:
         env_steps=grid,
         references=_load_references(path.parent / "references.json"),
         base=found if isinstance(found := data.get("base"), dict) else {},
-        registered=str(data.get("registered") or ""),
+        **registered(data),
     )

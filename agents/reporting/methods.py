@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from agents.reporting.summary import Summary
-from agents.reporting.wording import reporting_block
+from agents.reporting.wording import added_seeds, percent, reporting_block
 
 
 def _series(words: Iterable[str]) -> str:
@@ -65,16 +65,17 @@ def methods(summary: Summary) -> str:
     )
     text.append(
         "The primary metric is the area under the curve of the success rate over environment "
-        f"steps, normalised to 1; steps to {study.threshold:.0%} success are secondary. "
+        f"steps, normalised to 1; steps to {percent(study.threshold)} success are secondary. "
         "Averages are interquartile means over seeds, except of steps, which are restricted means. "
         f"Intervals: {block['Intervals']}. Differences of the primary metric were tested with "
         "Welch\u2019s t test, Holm-adjusted over the comparisons."
     )
     text.append(f"Hyper-parameters: {study.tuning}.")
-    if study.registered:
+    if study.registered and study.registration_holds:
+        more = added_seeds(summary)
         text.append(
             "Question, arms, primary metric and rules were registered before the runs (SHA-256 "
-            f"{study.registered[:12]})."
+            f"{study.registered[:12]}{f'; {more}' if more else ''})."
         )
     packages = _packages(summary)
     text.append(

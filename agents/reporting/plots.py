@@ -301,7 +301,7 @@ def profiles(summary: Summary, footer: str) -> Figure | None:
             found = [(arm, study.final(arm, metric)) for arm in study.of_task(cell.task)]
             seen = np.concatenate([values.ravel() for _, values in found])
             levels, logarithmic = _levels(seen)
-            sign = 1.0 if metric.factor * metric.worst >= np.median(seen) else -1.0
+            sign = -1.0 if metric.rises(seen) else 1.0
             for arm, values in (pair for pair in found if cell.holds(pair[0])):
                 name = arm.representation
                 lost = np.full((arm.count("failed"), values.shape[1]), np.inf)

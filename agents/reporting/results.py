@@ -62,6 +62,11 @@ class Arm:
         """What its task measures, the leading metric first; empty where no run is finished."""
         return next((evals.metrics for _, evals in self.done), ())
 
+    @property
+    def seeds(self) -> list[int]:
+        """Seeds of the runs that count, finished and failed, in their order."""
+        return [run.seed for run in self.runs if run.status != "missing"]
+
     def count(self, status: Status) -> int:
         """Return the number of runs with that status."""
         return sum(run.status == status for run in self.runs)
@@ -98,6 +103,8 @@ class Study:
     references: Mapping[str, Reference]
     base: Mapping[str, Any]  # the run that arms change, as study.yaml has it
     registered: str = ""  # SHA-256 of what was preregistered
+    planned_seeds: int | None = None  # of the preregistration
+    registration_holds: bool = True  # whether study.yaml still has that hash
     per_goal: bool = True  # False where metrics are known as means over goals alone
 
     @property

@@ -16,6 +16,7 @@ from agents.reporting.bootstrap import (
     Array,
     Interval,
     Strata,
+    Units,
     bootstrap,
     bootstrap_band,
 )
@@ -38,6 +39,11 @@ def _pooled_iqm(arm: list[Array]) -> Array:
     return iqm(np.concatenate(arm, axis=1), axis=1)
 
 
+def _weighed_iqm(arm: list[Array]) -> Array:
+    """Return the mean of the tasks' IQMs, in which each weighs alike whatever its runs are."""
+    return np.asarray(np.mean([iqm(stratum, axis=1) for stratum in arm], axis=0))
+
+
 def _pooled_mean(arm: list[Array]) -> Array:
     return np.asarray(np.concatenate(arm, axis=1).mean(axis=1))
 
@@ -54,20 +60,33 @@ def iqm_interval(strata: Strata, *, seed: int, reps: int = REPS, level: float = 
 
 
 def iqm_difference(
-    x: Strata, y: Strata, *, seed: int, reps: int = REPS, level: float = LEVEL
+    x: Strata,
+    y: Strata,
+    *,
+    seed: int,
+    reps: int = REPS,
+    level: float = LEVEL,
+    units: Units | None = None,
 ) -> Interval:
     """IQM of arm `x` minus IQM of arm `y`, with the interval of that difference.
+
+    Over all runs of all tasks; where an arm has more runs of one task than of another, the mean of
+    the tasks' IQMs instead, or the arm with more runs of the easy task would win.
 
     Examples
     --------
     >>> iqm_difference([[3.0, 3.0]], [[1.0, 1.0]], seed=0)
     Interval(estimate=2.0, low=2.0, high=2.0)
+    >>> iqm_difference([[0.9], [0.1] * 9], [[0.9] * 9, [0.1]], seed=0).estimate
+    0.0
     """
+    equal = all(len({len(np.asarray(task)) for task in arm}) == 1 for arm in (x, y))
+    of = _pooled_iqm if equal else _weighed_iqm
 
     def difference(a: list[Array], b: list[Array]) -> Array:
-        return _pooled_iqm(a) - _pooled_iqm(b)
+        return of(a) - of(b)
 
-    return bootstrap(difference, x, y, seed=seed, reps=reps, level=level)
+    return bootstrap(difference, x, y, seed=seed, reps=reps, level=level, units=units)
 
 
 def curve_band(
@@ -115,7 +134,13 @@ def _improvement(x: list[Array], y: list[Array]) -> Array:
 
 
 def probability_of_improvement(
-    x: Strata, y: Strata, *, seed: int, reps: int = REPS, level: float = LEVEL
+    x: Strata,
+    y: Strata,
+    *,
+    seed: int,
+    reps: int = REPS,
+    level: float = LEVEL,
+    units: Units | None = None,
 ) -> Interval:
     """Probability that a random run of `x` beats one of `y` on the same task, ties counting half.
 
@@ -131,7 +156,7 @@ def probability_of_improvement(
     >>> probability_of_improvement([[1.0, 2.0]], [[0.0, 2.0]], seed=0).estimate
     0.625
     """
-    return bootstrap(_improvement, x, y, seed=seed, reps=reps, level=level)
+    return bootstrap(_improvement, x, y, seed=seed, reps=reps, level=level, units=units)
 
 
 def optimality_gap(

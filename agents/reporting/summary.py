@@ -90,6 +90,7 @@ class Comparison:
     auc_difference: Interval
     p_better: Interval
     reached: tuple[int, int]  # runs that reached the threshold: representation, baseline
+    runs: tuple[int, int] = (0, 0)  # fewest runs of a task that count, likewise
     censored: tuple[int, int] = (0, 0)  # runs that did not
     sustained_speed_up: Interval = NO_INTERVAL  # by the crossings after which success stays
     never_stayed: tuple[int, int] = (0, 0)
@@ -163,14 +164,14 @@ class Summary:
         return tuple(bands(self.study, seed=self.seed, reps=self.reps))
 
     @property
-    def mean_seeds(self) -> float:
-        """Mean number of runs that count, over arms."""
-        return float(np.mean([arm.n for arm in self.arms]))
+    def fewest_seeds(self) -> int:
+        """Runs that count in the arm that has the fewest, of those that have any."""
+        return min((arm.n for arm in self.arms if arm.n), default=0)
 
     @property
     def smoke(self) -> bool:
         """Whether there are too few seeds for a claim."""
-        return self.mean_seeds < SMOKE_SEEDS
+        return self.fewest_seeds < SMOKE_SEEDS
 
     def find(self, task: str, representation: str) -> ArmSummary | None:
         """Summary of an arm that has runs, or None."""
@@ -200,7 +201,9 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
     some = len(success) > 0
     steps_interval = NO_INTERVAL
     if some and len(steps) < ENOUGH:
-        steps_interval = mean_t(steps)
+        found = mean_t(steps)
+        low, high = np.clip([found.low, found.high], 0.0, grid[-1])
+        steps_interval = Interval(found.estimate, float(low), float(high))
     elif some:
         steps_interval = restricted_mean_interval([steps], seed=seed, reps=reps)
     return ArmSummary(
@@ -222,12 +225,13 @@ def _compare(
     other, base = [[pair[i].runs for pair in pairs] for i in (0, 1)]
     aucs = [runs.auc for runs in other], [runs.auc for runs in base]
     few = len(pairs) == 1 and min(len(aucs[0][0]), len(aucs[1][0])) < ENOUGH
-    settings: Any = {"seed": seed, "reps": reps}
+    units = tuple([pair[i].arm.seeds for pair in pairs] for i in (0, 1))
+    settings: Any = {"seed": seed, "reps": reps, "units": units}
 
     def faster(ours: list[Array], theirs: list[Array]) -> Interval:
         if few:
             return mean_ratio_t(theirs[0], ours[0])
-        return speed_up(theirs, ours, **settings)
+        return speed_up(theirs, ours, **(settings | {"units": units[::-1]}))
 
     def missed(of: Callable[[Runs], NDArray[np.bool_]]) -> tuple[int, int]:
         return tuple(int(sum((~of(r)).sum() for r in arm)) for arm in (other, base))  # type: ignore[return-value]
@@ -242,6 +246,7 @@ def _compare(
         else iqm_difference(*aucs, **settings),
         p_better=probability_of_improvement(*aucs, **settings),
         reached=(sum(p[0].reached for p in pairs), sum(p[1].reached for p in pairs)),
+        runs=(min(p[0].n for p in pairs), min(p[1].n for p in pairs)),
         censored=missed(lambda r: r.reached),
         sustained_speed_up=faster([r.sustained for r in other], [r.sustained for r in base]),
         never_stayed=missed(lambda r: r.stayed),
@@ -308,7 +313,7 @@ def _trends(
     """Yield slopes over log2(n) where tasks are labelled "n = N"; seeds stay together."""
     for name in study.representations:
         shared = [
-            (int(match[1]), x.runs.auc, y.runs.auc)
+            (int(match[1]), x, y)
             for x, y in pairs
             if x.arm.representation == name and (match := _COUNT.fullmatch(x.arm.task))
         ]
@@ -323,4 +328,6 @@ def _trends(
             return np.asarray(weights @ np.array(means))
 
         ours, theirs = [x for _, x, _ in shared], [y for _, _, y in shared]
-        yield Trend(name, bootstrap(slope, ours, theirs, seed=seed, reps=reps))
+        aucs = [[arm.runs.auc for arm in arms] for arms in (ours, theirs)]
+        units = [[arm.arm.seeds for arm in arms] for arms in (ours, theirs)]
+        yield Trend(name, bootstrap(slope, *aucs, seed=seed, reps=reps, units=units))

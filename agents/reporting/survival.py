@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from agents.reporting.bootstrap import LEVEL, REPS, Array, Interval, Strata, bootstrap
+from agents.reporting.bootstrap import LEVEL, REPS, Array, Interval, Strata, Units, bootstrap
 
 
 def first_crossing(
@@ -155,7 +155,13 @@ def restricted_mean_interval(
 
 
 def speed_up(
-    baseline: Strata, other: Strata, *, seed: int, reps: int = REPS, level: float = LEVEL
+    baseline: Strata,
+    other: Strata,
+    *,
+    seed: int,
+    reps: int = REPS,
+    level: float = LEVEL,
+    units: Units | None = None,
 ) -> Interval:
     """Restricted mean steps of the baseline divided by those of the other arm; above 1 is faster.
 
@@ -173,7 +179,7 @@ def speed_up(
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where((top == 0) & (bottom == 0), 1.0, top / bottom)
 
-    return bootstrap(ratio, baseline, other, seed=seed, reps=reps, level=level)
+    return bootstrap(ratio, baseline, other, seed=seed, reps=reps, level=level, units=units)
 
 
 def logrank_p(

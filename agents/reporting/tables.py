@@ -74,7 +74,7 @@ def plain(text: str) -> str:
     &lt;script&gt; \| \[a\](b)
     """
     escaped = html.escape(" ".join(text.splitlines()), quote=False)
-    for character in "|[]`":
+    for character in "\\|[]`*":
         escaped = escaped.replace(character, f"\\{character}")
     return escaped
 

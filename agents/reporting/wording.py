@@ -93,19 +93,22 @@ def _steps_clause(row: Comparison, threshold: float, budget: int) -> str:
         bound(row.censored)
     ]
     if not ratio.known:
+        alone = min(row.runs) < 2
+        why = "a single seed" if alone else "an arm needed no steps"
         return (
             f"{other} needed {limit}{number(ratio.estimate)}× the environment steps of {base} "
-            f"({measure}; no interval: a single seed, so nothing can be concluded)"
+            f"({measure}; no interval: {why}, so nothing can be concluded)"
         )
     ends = f"{percent(LEVEL)} CI {number(ratio.low)}–{number(ratio.high)}"
     if ratio.excludes(1):
+        stay = f"{bound(row.never_stayed)} {number(row.sustained_ratio.estimate)}".strip()
         return (
             f"{other} needed {limit}{number(ratio.estimate)}× the environment steps of {base} "
-            f"({measure}, {ends}; to stay there {number(row.sustained_ratio.estimate)}×)"
+            f"({measure}, {ends}; to stay there {stay}×)"
         )
     return (
         f"no difference shown between {other} and {base} in environment steps "
-        f"({measure}, ratio {number(ratio.estimate)}, {ends})"
+        f"({measure}, ratio {limit}{number(ratio.estimate)}, {ends})"
     )
 
 
@@ -134,8 +137,13 @@ def warnings(summary: Summary) -> list[str]:
     study, texts = summary.study, []
     if summary.smoke:
         texts.append(
-            f"Smoke result: too few seeds for a claim (mean {summary.mean_seeds:.1f} per arm; "
+            f"Smoke result: too few seeds for a claim ({summary.fewest_seeds} in the smallest arm; "
             f"{SMOKE_SEEDS} is the minimum, 20 for a headline)."
+        )
+    if not study.registration_holds:
+        texts.append(
+            "study.yaml is not what was registered: its question, rule, arms or settings have been "
+            f"changed since (SHA-256 {study.registered[:12]})."
         )
     if any(arm.n == 1 for arm in summary.arms):
         texts.append("An arm with a single seed has no confidence interval; none is shown.")
@@ -189,6 +197,12 @@ def cpu_text(study: Study) -> str:
     return f"{sum(known) / 3600:.2f}{partial}"
 
 
+def added_seeds(summary: Summary) -> str:
+    """Say how many seeds were planned, where more have been run; nothing otherwise."""
+    planned, most = summary.study.planned_seeds, max(arm.n for arm in summary.arms)
+    return f"{planned} seeds planned, {most} run" if planned and most > planned else ""
+
+
 def reporting_block(summary: Summary) -> dict[str, str]:
     """Return what the protocol demands beside every figure, as label and value."""
     study = summary.study
@@ -212,7 +226,12 @@ def reporting_block(summary: Summary) -> dict[str, str]:
         "Failures counted as zeros": str(sum(run.status == "failed" for run in counted)),
     }
     if study.registered:
-        block["Preregistered"] = f"SHA-256 {study.registered[:12]} of question, rule and arms"
+        more = added_seeds(summary)
+        block["Preregistered"] = (
+            f"SHA-256 {study.registered[:12]} of question, rule and arms"
+            + (f"; {more}" if more else "")
+            + ("" if study.registration_holds else "; CHANGED since")
+        )
     return block | ({"Note": study.note} if study.note else {})
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from agents.files import ROOT, sha256
+from agents.files import ROOT
 from agents.learning.algorithms import Fraction, Model
 from agents.learning.config import Name, Scalar, Seed, TrainConfig, WithPlugins
+from agents.registration import registration
 from agents.yaml_files import read_yaml
 
 COMMITTED: Path = ROOT / "configs" / "studies"
@@ -201,7 +201,8 @@ class StudyConfig(WithPlugins):
         """Refuse seeds of other committed studies: two claims would rest on the same runs."""
         for path in sorted(COMMITTED.glob("*.yaml")):
             other = read_yaml(path)
-            shared = sorted({*self.seeds} & {*other.get("seeds", [])})
+            tried = (other.get("search") or {}).get("seeds", [])
+            shared = sorted({*self.seeds} & {*other.get("seeds", []), *tried})
             if shared and other.get("name") != self.name:
                 raise ValueError(
                     f"seeds {shared} are not fresh: {path.name} has used them; take others, or "
@@ -213,8 +214,7 @@ class StudyConfig(WithPlugins):
         """SHA-256 of the preregistration with arms, tasks, base and thresholds; seeds may grow."""
         if self.preregistration is None:
             return None
-        data = self.model_dump(mode="json", exclude={"seeds", "title", "note"})
-        return sha256(json.dumps(data, sort_keys=True).encode())
+        return registration(self.model_dump(mode="json"))
 
     def arms(self) -> list[tuple[str, Variant, Variant]]:
         """Return (folder name, representation, task) of every arm."""

@@ -43,9 +43,8 @@ def write_references(config: StudyConfig, folder: Path) -> None:
     A task that classical control cannot do has no entry, and its figures no line.
     """
     path = folder / REFERENCES
-    if path.exists():
-        return
-    references = {}
+    known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    references = dict(known)
     for run, (_, _, task) in zip(config.runs(), config.arms(), strict=False):  # the first seed's
         if task.label in references:
             continue
@@ -62,7 +61,8 @@ def write_references(config: StudyConfig, folder: Path) -> None:
             "success_rate": float(result["is_success"].mean()),
             "metrics": {m.name: float(result[m.name].mean()) for m in evaluation.metrics},
         }
-    files.write_text(path, json.dumps(references, indent=2) + "\n")
+    if references != known or not path.exists():
+        files.write_text(path, json.dumps(references, indent=2) + "\n")
 
 
 def keep_or_grow(path: Path, config: StudyConfig) -> None:

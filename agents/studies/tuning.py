@@ -149,11 +149,17 @@ def tune(config: StudyConfig, folder: Path, workers: int = 1) -> Counter[Outcome
     search = config.search
     if search is None:
         raise ConfigError(f"study {config.name!r} has no search: nothing says what to tune")
+    for variant in (*config.representations, *config.tasks):
+        if twice := sorted({*variant.algo} & {*search.space}):
+            raise ConfigError(
+                f"{variant.label!r} sets {', '.join(twice)}, which search.space would set again: "
+                "all arms would be tried with the same"
+            )
     settings = configurations(search)
     files.refuse_foreign(folder, STUDY)
+    jobs = _jobs(config, search, folder, settings)  # what cannot be tried leaves no folder
     with files.locked(folder):
         keep_or_write_yaml(folder / STUDY, config.model_dump(mode="json"))
-        jobs = _jobs(config, search, folder, settings)
         ends = _run([job for group in jobs.values() for job in group], workers)
         if not ends["unfinished"]:
             scores = {key: [_score(path) for _, path in group] for key, group in jobs.items()}

@@ -260,6 +260,20 @@ def test_checkpoints_keep_every_kind_of_state():
         encode_state({"o": object()})
 
 
+def test_arrays_with_a_number_for_each_environment_are_kept_whole():
+    """Where the buffer has as many rows as there are environments, too."""
+    envs = RUNS["sac_her"]["env"] | {"num_envs": 128}
+    algo = RUNS["sac_her"]["algo"] | {"buffer_size": 128 * 128, "updates_per_env_step": 1.0}
+    changes = {"env": envs, "algo": algo, "total_steps": 1024, "checkpoint_every_steps": 1024}
+    changes |= {"evaluation": {"every_steps": 1024, "n_goals": 50}}
+    model, vec_env = training._make(TrainConfig.model_validate(RUNS["sac_her"] | changes))
+    model.replay_buffer.pos = 5
+    kept = checkpoint._replay(model)["arrays"]
+    assert kept["_current_ep_start."].shape == (128,)
+    assert kept["actions."].shape[:2] == (5, 128)
+    vec_env.close()
+
+
 def test_a_copied_checkpoint_of_another_model_is_refused(tmp_path, whole, capsys):
     with pytest.raises(Killed):
         train(config("ppo"), tmp_path / "run", stop_after(300))

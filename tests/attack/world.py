@@ -68,6 +68,8 @@ DISTURBED = {
 } | {
     "ppo_marginal": RUNS["ppo"] | {"algo": _PPO | {"likelihood": "marginal"}},
     "ppo_slowing": RUNS["ppo"] | {"algo": _PPO | {"final_learning_rate": 1e-5}},
+    # Killed before it learns, while actions are drawn from their space.
+    "td3_warming": RUNS["td3"] | {"algo": {"name": "td3", **_OFF_POLICY, "learning_starts": 400}},
 }
 """Runs whose environments or policies have more to remember."""
 

@@ -20,6 +20,7 @@ from agents.learning.evaluation import HELD_OUT_SEED, HeldOutEvaluation
 from agents.learning.models import TRAINING_SEED_LIMIT, make_model, make_training_env
 from agents.learning.play import play
 from agents.learning.training import train
+from agents.studies.executors import carry_out
 
 TINY = {
     "name": "tiny",
@@ -238,3 +239,19 @@ def test_a_killed_study_completes_and_finished_runs_are_not_redone(tmp_path):
     )
     assert report.returncode == 0, report.stdout + report.stderr
     assert (out / "report" / "report.html").stat().st_size > 10_000
+
+
+def test_noise_that_collapses_is_a_result_and_no_fault_of_the_machine(tmp_path):
+    algo = TINY["algo"] | {"likelihood": "marginal", "log_std_init": -60.0}
+    kwargs = {"n_tendons": 7, "representation": "raw_scaled"}
+    settings = config(algo=algo, env={"num_envs": 4, "kwargs": kwargs})
+    assert carry_out((settings, tmp_path / "run"), lambda _: None)[0] == "failed"
+    assert (tmp_path / "run" / "FAILED").exists()
+
+
+def test_a_run_that_is_not_finished_is_not_evaluated(tmp_path):
+    train(config(), tmp_path / "run")
+    (tmp_path / "run" / "DONE").unlink()
+    with pytest.raises(ConfigError, match="is not finished"):
+        evaluate_run(tmp_path / "run", "policy", 10)
+    assert "success rate" in evaluate_run(tmp_path / "run", "random", 10)

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from agents.files import ROOT, ConfigError
+from agents.learning.algorithms import SACSettings
 from agents.learning.config import TrainConfig, load_config
 from agents.studies.config import StudyConfig
 
@@ -69,6 +70,22 @@ def test_yaml_is_loaded_safely(tmp_path):
     with pytest.raises(ConfigError):
         load_config(TrainConfig, path)
     assert not marker.exists()
+
+
+def test_updates_that_are_whole_but_for_rounding_are_taken():
+    env = {"num_envs": 100, "kwargs": {"n_tendons": 3}}
+    algo = {"name": "sac", "updates_per_env_step": 0.29}
+    steps = {"total_steps": 10_000, "checkpoint_every_steps": 10_000}
+    evaluation = {"every_steps": 10_000, "n_goals": 50}
+    run = TrainConfig.model_validate({"env": env, "algo": algo, "evaluation": evaluation, **steps})
+    sizes = {"num_envs": 100, "dof": 2, "action": 3, "episode": 50}
+    assert run.algo.arguments(sizes)["gradient_steps"] == 29
+
+
+def test_hindsight_needs_room_for_episodes():
+    algo = SACSettings(replay="her", buffer_size=4_096)
+    with pytest.raises(ValueError, match="two episodes an environment, 6400 or more"):
+        algo.arguments({"num_envs": 64, "dof": 2, "action": 3, "episode": 50})
 
 
 def test_overrides_reach_nested_keys(tmp_path):

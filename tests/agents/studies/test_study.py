@@ -21,6 +21,20 @@ def test_a_task_that_classical_control_cannot_do_has_no_reference(tmp_path, monk
     assert json.loads((tmp_path / "references.json").read_text()) == {}
 
 
+def test_references_grow_with_the_tasks(tmp_path):
+    study.write_references(small(tmp_path), tmp_path)
+    path = tmp_path / "references.json"
+    first = json.loads(path.read_text())
+    before = path.stat().st_mtime_ns
+    study.write_references(small(tmp_path), tmp_path)
+    assert path.stat().st_mtime_ns == before
+    more = "[{label: n = 3}, {label: n = 5, env: {n_tendons: 5}}]"
+    study.write_references(small(tmp_path, tasks=more), tmp_path)
+    grown = json.loads(path.read_text())
+    assert list(grown) == ["n = 3", "n = 5"]
+    assert grown["n = 3"] == first["n = 3"]
+
+
 SMALL = """
 name: small
 title: t
@@ -104,6 +118,8 @@ def test_a_dry_run_writes_nothing(tmp_path):
 def test_fresh_seeds_are_no_other_studys(tmp_path):
     with pytest.raises(ConfigError, match=r"seeds \[0\] are not fresh: quick.yaml has used them"):
         small(tmp_path, SMALL + REGISTERED, seeds="[0, 9000]")
+    with pytest.raises(ConfigError, match=r"seeds \[500\] are not fresh: tuning.yaml"):
+        small(tmp_path, SMALL + REGISTERED, seeds="[500, 9000]")
     stale = {"seeds": "[0, 9000]", "preregistration.fresh": "false"}
     assert small(tmp_path, SMALL + REGISTERED, **stale).seeds == [0, 9000]
 

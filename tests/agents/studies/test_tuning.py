@@ -77,6 +77,13 @@ def test_what_makes_no_sense_is_said(tmp_path):
         load(tmp_path, **{"search.seeds": "[8]"})
     with pytest.raises(ConfigError, match=r"low=2.0 must be below high=1.0"):
         load(tmp_path, **{"search.space": "{clip_range: {low: 2.0, high: 1.0}}"})
+    arms = "[{label: raw}, {label: small, algo: {clip_range: 0.2}}]"
+    with pytest.raises(ConfigError, match="'small' sets clip_range, which"):
+        tune(load(tmp_path, representations=arms), tmp_path / "tuning")
+    whole = load(tmp_path, **{"search.space": "{n_epochs: {low: 1.0, high: 9.0}}"})
+    with pytest.raises(ValueError, match="n_epochs"):
+        tune(whole, tmp_path / "tuning")
+    assert not (tmp_path / "tuning").exists()
     config = load(tmp_path).model_copy(update={"search": None})
     with pytest.raises(ConfigError, match="has no search"):
         tune(config, tmp_path / "tuning")
