@@ -47,7 +47,7 @@ RESULTS = (
 
 
 class LearningFailure(RuntimeError):
-    """The policy is no longer finite: a result of the run, unlike a fault of the machine."""
+    """The policy is no longer finite, or its noise has collapsed: no fault of the machine."""
 
 
 class Recorder(BaseCallback):

@@ -36,8 +36,8 @@ _GRACE_S = 2.0
 class End:
     """How a run ended: `outcome`, and one line that says why where it is not done.
 
-    ``failed`` is a result (the policy is no longer finite), ``unfinished`` a fault of the machine
-    or the folder: the next study continues the run.
+    ``failed`` is a result (the policy is no longer finite, or its noise has collapsed),
+    ``unfinished`` a fault of the machine or the folder: the next study continues the run.
     """
 
     job: Job
