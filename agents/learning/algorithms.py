@@ -32,6 +32,13 @@ def _takes_truth(annotation: Any) -> bool:
     return annotation in (bool, Any) or any(map(_takes_truth, get_args(annotation)))
 
 
+def _holds_truth(value: Any) -> bool:
+    """Return whether a value is true or false, or a list that holds such a one."""
+    if isinstance(value, list | tuple):
+        return any(map(_holds_truth, value))
+    return isinstance(value, bool)
+
+
 class Model(BaseModel):
     """Frozen settings; an unknown key is an error."""
 
@@ -42,7 +49,7 @@ class Model(BaseModel):
     def _truth_is_no_number(cls, data: Any) -> Any:
         for name, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(name)
-            if isinstance(value, bool) and field and not _takes_truth(field.annotation):
+            if field and _holds_truth(value) and not _takes_truth(field.annotation):
                 raise ValueError(f"{name} must not be true or false, got {value!r}")
         return data
 
@@ -71,9 +78,9 @@ class Settings(Model):
         """Whether the learning rate depends on how long the run is."""
         return False
 
-    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+    def problems(self, num_envs: int, goal_env: bool, episode: int) -> list[str]:
         """Return what of these settings does not go with the environments."""
-        del num_envs, goal_env
+        del num_envs, goal_env, episode
         return []
 
     def arguments(self, sizes: dict[str, int]) -> dict[str, Any]:
@@ -146,9 +153,9 @@ class PPOSettings(Settings):
         """Whether the learning rate depends on how long the run is."""
         return self.final_learning_rate is not None
 
-    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+    def problems(self, num_envs: int, goal_env: bool, episode: int) -> list[str]:
         """Return what of these settings does not go with each other or the environments."""
-        del goal_env
+        del goal_env, episode
         if min(self.batch_size, self.n_steps * num_envs) < 2:
             return [
                 f"batch_size={self.batch_size}, and n_steps={self.n_steps} times "
@@ -205,7 +212,7 @@ class _OffPolicySettings(Settings):
         """Return the environment steps between two updates of the policy."""
         return num_envs
 
-    def problems(self, num_envs: int, goal_env: bool) -> list[str]:
+    def problems(self, num_envs: int, goal_env: bool, episode: int) -> list[str]:
         """Return what of these settings does not go with the environments."""
         found = []
         updates = self.updates_per_env_step * num_envs
@@ -217,6 +224,11 @@ class _OffPolicySettings(Settings):
             )
         if self.replay == "her" and not goal_env:
             found.append("replay=her needs env.kwargs.goal_env=true")
+        if self.replay == "her" and self.buffer_size < (least := 2 * episode * num_envs):
+            found.append(
+                f"replay=her needs a buffer_size of two episodes an environment, {least} or more, "
+                f"got {self.buffer_size}"
+            )
         return found
 
     def _arguments(self, sizes: dict[str, int], exclude: set[str]) -> dict[str, Any]:
@@ -231,11 +243,6 @@ class _OffPolicySettings(Settings):
             from stable_baselines3 import HerReplayBuffer
 
             first = sizes["episode"] * sizes["num_envs"]
-            if self.buffer_size < 2 * first:
-                raise ValueError(
-                    f"replay=her needs a buffer_size of two episodes an environment, {2 * first} "
-                    f"or more, got {self.buffer_size}"
-                )
             fields |= {
                 "replay_buffer_class": HerReplayBuffer,
                 "learning_starts": max(self.learning_starts, first),

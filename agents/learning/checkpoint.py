@@ -199,7 +199,8 @@ def _restore(state: dict[str, Any], model: BaseAlgorithm, vec_env: Sb3VecEnv) ->
         random.setstate(state["random"])
         np.random.set_state(state["numpy"])  # noqa: NPY002
         torch.set_rng_state(state["torch"])
-        model.action_space._np_random = state["actions"]
+        if "actions" in state:  # checkpoints of earlier versions lack it
+            model.action_space._np_random = state["actions"]
         progress: dict[str, Any] = state["progress"]
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RuntimeError) as error:
         raise DamagedError(f"it is of another model: {type(error).__name__}: {error}") from error

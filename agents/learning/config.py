@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import gymnasium as gym
-from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 import clarke_gym  # noqa: F401  (registers the environments)
 from agents.files import ROOT, ConfigError
@@ -54,6 +61,12 @@ class EnvSettings(Model):
     """Environments stepped together; a batch of more is slower, not faster."""
     kwargs: dict[str, Scalar] = Field(default={})
     """Keyword arguments of `gym.make`: n_tendons, representation, physics, ..."""
+    _episode_steps: int = PrivateAttr(default=0)
+
+    @property
+    def episode_steps(self) -> int:
+        """Steps after which an episode ends at the latest; 0 where the environment does not say."""
+        return self._episode_steps
 
     @model_validator(mode="after")
     def _constructible(self) -> EnvSettings:
@@ -68,7 +81,15 @@ class EnvSettings(Model):
             )
         try:
             keywords: dict[str, Any] = self.kwargs
-            gym.make_vec(self.id, 1, vectorization_mode="vector_entry_point", **keywords).close()
+            env = gym.make_vec(  # as training makes them
+                self.id,
+                1,
+                vectorization_mode="vector_entry_point",
+                autoreset_mode="disabled",
+                **keywords,
+            )
+            self._episode_steps = int(getattr(env.unwrapped, "episode_steps", 0))
+            env.close()
         except (TypeError, ValueError, OverflowError, MemoryError, gym.error.Error) as error:
             raise ValueError(str(error)) from None
         return self
@@ -104,7 +125,7 @@ class TrainConfig(WithPlugins):
     @model_validator(mode="after")
     def _on_the_grid(self) -> TrainConfig:
         goal_env = self.env.kwargs.get("goal_env") is True
-        problems = self.algo.problems(self.env.num_envs, goal_env)
+        problems = self.algo.problems(self.env.num_envs, goal_env, self.env.episode_steps)
         kwargs = self.env.kwargs
         actions = kwargs.get("action_representation") or kwargs.get("representation")
         linear = [*self.algo.manifold, *(["noise_course"] if self.algo.course else [])]

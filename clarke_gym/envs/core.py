@@ -384,15 +384,20 @@ class EnvCore:
         """Return to a state of `state()`, bit for bit."""
         self.task.set_difficulty(state["difficulty"])
         self.episode.set_state(state["episode"])
+        # States of earlier versions lack what was added since: bodies, pulls and touches.
         if self.task.scene.placed and self.episode.begun:
-            self.physics.place(np.arange(self.batch.size), state["bodies"])
+            if "bodies" in state:
+                self.physics.place(np.arange(self.batch.size), state["bodies"])
+            else:
+                self._place(np.arange(self.batch.size))
         for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
             disturbance.drawn = kept["drawn"].copy()
             disturbance.set_state(kept["own"])
         self._vary(np.arange(self.batch.size))
         self.physics.set_state(state["physics"])
         self._tally.set_state(state["tally"])
-        self._pulled = None if state["pulled"] is None else state["pulled"].copy()
+        pulled = state.get("pulled")
+        self._pulled = None if pulled is None else pulled.copy()
         self._command = JointVector.from_state(self.batch, state["command"])
 
 

@@ -69,7 +69,7 @@ class Imagination:
         bodies : ndarray, shape (K, 7), optional
             Where the bodies of a placed scene are [m]; by default where the task puts them.
         difficulty : float, optional
-            The environment's of now; by default that of its configuration.
+            The environment's of now; by default it stays what it was.
         """
         if difficulty not in (None, self._core.task.difficulty):
             self._core.set_difficulty(difficulty)

@@ -229,7 +229,7 @@ class SpaceChain:
         """Return the bend of a robot of one segment, or say that it is beyond its limit."""
         size, limit = (bending * bending).sum(-1) ** 0.5, float(self.robot.max_bending[0])
         most = float(size.max()) if math.prod(size.shape) else 0.0
-        if most > limit * (1.0 + 1e-9):
+        if most > limit * (1.0 + 1e-6):
             raise ValueError(
                 f"no shape found for the pose: it takes a bend of {most:.6g} rad, beyond the "
                 f"robot's limit of {limit:.6g} rad"

@@ -210,8 +210,7 @@ def bending_from_disk_displacements(rho: Array, robot: Robot) -> Array:
     """
     rho = _joints(rho, robot, "rho")
     xp = array_namespace(rho)
-    decoders = [np.column_stack([s.matrices[1], np.ones(s.n_tendons)]) for s in robot.segments]
-    encoder = block_diagonal([np.linalg.pinv(decoder)[:2] for decoder in decoders])
+    encoder = block_diagonal([_bend_alone(segment) for segment in robot.segments])
     clarke = rho @ matrix_like(encoder.T, rho)
     clarke = clarke.reshape(*clarke.shape[:-1], robot.n_segments, 2)
     chords = kinematics.clarke_to_bending(clarke, robot.pitch_radii)
@@ -220,6 +219,17 @@ def bending_from_disk_displacements(rho: Array, robot: Robot) -> Array:
         raise ValueError("rho asks for more than a half turn between two disks")
     cosine = xp.sqrt(1.0 - square)
     return chords * angle_over_sine(square, cosine, square + cosine * cosine)
+
+
+def _bend_alone(segment: Segment) -> FloatArray:
+    """Return an encoder (2, n) that does not feel what all tendons have in common, if there is one.
+
+    Of tendons on one line the bend and a common shortening cannot be told apart.
+    """
+    decoder = np.column_stack([segment.matrices[1], np.ones(segment.n_tendons)])
+    told = np.linalg.matrix_rank(decoder) == 3
+    encoder: FloatArray = np.linalg.pinv(decoder)[:2] if told else segment.matrices[0]
+    return encoder
 
 
 def _joints(array: Array, robot: Robot, name: str) -> Array:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, fields
+from numbers import Real
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from clarke_gym.numerics.registry import nearest
 from clarke_gym.robots.materials import MATERIALS
@@ -71,10 +74,11 @@ def check_plausible(data: Mapping[str, Any], where: str) -> None:
         if key not in PLAUSIBLE or (key in LAYOUT and values is None):
             continue
         low, high, unit = PLAUSIBLE[key]
+        values = values.tolist() if isinstance(values, np.ndarray) else values
         if key in LAYOUT and not isinstance(values, list | tuple):
             raise ValueError(f"{where}: {key} must be a list of numbers, got {values!r}")
         for value in values if key in LAYOUT else [values]:
-            number = isinstance(value, int | float) and not isinstance(value, bool)
+            number = isinstance(value, Real) and not isinstance(value, bool)
             if not number or not low <= value <= high:
                 kind = "numbers" if key in LAYOUT else "a number"
                 raise ValueError(

@@ -33,7 +33,7 @@ MARGIN = 0.1
 """Gap over the robot's radius that the known way keeps."""
 
 EVENLY = 0.9
-"""Bend of a robot that goes through an opening evenly, over its limit or a right angle."""
+"""Bend of a robot that goes through an opening evenly, over a right angle, if it bends so far."""
 
 
 @register_task("gate")
@@ -62,7 +62,7 @@ class Gate(ObstructedTask):
     Raises
     ------
     ValueError
-        If the robot bends too little to come out of the ring.
+        If the robot bends too little to come out of the ring at this difficulty.
     """
 
     def __init__(
@@ -79,28 +79,26 @@ class Gate(ObstructedTask):
         self._straight = np.array([0.0, 0.0, robot.length_m])
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.numbers = 4 * CANDIDATES * robot.n_segments + 2
-        self._even = EVENLY * min(0.5 * np.pi, float(robot.max_bending.sum())) / robot.n_segments
-        out = self.tips(np.array([[[self._even, 0.0]] * robot.n_segments]))[0, 0]
-        needed = ring + self._bar_radius(1.0) + self.hull_m
-        if out < needed:
-            raise ValueError(
-                f"the tip of robot {robot.name!r} comes {out:.3g} m to the side and needs "
-                f"{needed:.3g} m to get out of Gate's ring of bars: it needs larger bending limits "
-                f"(max_bending_rad), got {robot.max_bending.tolist()}"
-            )
 
-    def _bar_radius(self, difficulty: float) -> float:
-        """Return the radius of a bar [m]: what the openings leave."""
-        opening = 2.0 * self.hull_m * (WIDEST + (NARROWEST - WIDEST) * difficulty)
-        pitch = 2.0 * CAGE * self.robot.length_m * math.sin(math.pi / self.n_bars)
-        return max(0.5 * (pitch - opening), 0.5 * self.hull_m)
+    def set_difficulty(self, difficulty: float | str) -> None:
+        """Make episodes easier or harder; one at which the robot stays in the ring is refused."""
+        before = getattr(self, "difficulty", None)
+        try:
+            super().set_difficulty(difficulty)
+        except ValueError:
+            if before is not None:
+                super().set_difficulty(before)
+            raise
 
     def settle(self) -> None:
         """Derive the bars from the difficulty."""
         super().settle()
-        length = self.robot.length_m
+        length, robot_width = self.robot.length_m, 2.0 * self.hull_m
         ring = CAGE * length
-        self.bar_radius_m = self._bar_radius(self.difficulty)
+        opening = robot_width * (WIDEST + (NARROWEST - WIDEST) * self.difficulty)
+        pitch = 2.0 * ring * math.sin(math.pi / self.n_bars)
+        self.bar_radius_m = max(0.5 * (pitch - opening), 0.5 * self.hull_m)
+        self._check_reach(ring + self.bar_radius_m + self.hull_m)
         angles = 2.0 * math.pi * (np.arange(self.n_bars) + 0.5) / self.n_bars
         bars = [
             Capsule((x, y, -0.1 * length), (x, y, 1.1 * length), self.bar_radius_m)
@@ -109,6 +107,21 @@ class Gate(ObstructedTask):
         self.scene = Scene(tuple(bars), placed=True, resized=True)
         self._ring_m, self._half_opening = ring, math.tan(math.pi / self.n_bars)
         self._outside = BEYOND * (ring + self.bar_radius_m + self.hull_m)
+
+    def _check_reach(self, needed: float) -> None:
+        """Refuse a robot whose tip does not get `needed` [m] to the side."""
+        most = self.robot.max_bending
+        bend = min(EVENLY * 0.5 * np.pi, float(most.sum()))
+        self._even = bend * (most / most.sum())
+        pairs = np.stack([self._even, np.zeros_like(most)], -1)
+        out = float(kinematics.forward(pairs, self.robot.lengths)[0][0])
+        if out < needed:
+            raise ValueError(
+                f"the tip of robot {self.robot.name!r} comes {out:.3g} m to the side and needs "
+                f"{needed:.3g} m to get out of Gate's ring of bars at difficulty "
+                f"{self.difficulty:g}: it needs larger bending limits (max_bending_rad), got "
+                f"{most.tolist()}"
+            )
 
     def places(self, parameters: FloatArray) -> FloatArray:
         """Return the bars, alike for all episodes, shape (R, K, 7)."""
@@ -140,7 +153,7 @@ class Gate(ObstructedTask):
         # Where no candidate will do, an even bend through the middle of an opening does.
         index = np.floor(numbers[:, -2:] * self.n_bars)
         angle = 2.0 * np.pi * index / self.n_bars
-        plain = self._even * np.stack([np.cos(angle), np.sin(angle)], -1)[:, :, None, :]
+        plain = self._even[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)[:, :, None, :]
         plain = np.broadcast_to(plain, (rows, 2, segments, 2))
         first = good.argmax(-1)
         picked = np.take_along_axis(shapes, first[..., None, None, None], 2)[:, :, 0]

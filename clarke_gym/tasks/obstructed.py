@@ -20,8 +20,12 @@ TOUCH_SHARE = 0.1
 """Depth over the robot's radius that still counts as touching, not as being inside."""
 
 APART = 2.0
-"""How far apart the places are at most, over the hull's radius, at which a motion that is known to
-be clear is looked at: along the backbone, and along the way of the tip."""
+"""How far apart the places are, over the hull's radius, at which a motion that is known to be clear
+is looked at: along the backbone, and along the way of the tip. Between them it may graze."""
+
+MOST_SHAPES, MOST_POINTS = 32, 16
+"""Shapes a leg and points a segment at most: robots that are thinner still are looked at no finer,
+as the cost grows with both."""
 
 PARKED = 1.5
 """How far below the base a body that is not in play lies, over the robot's length."""
@@ -60,8 +64,9 @@ class ObstructedTask(CostedTask):
         lengths, apart = robot.lengths, APART * self.hull_m
         # What a segment's bend moves the tip by: itself by half its length, the rest by the rest.
         arms = np.cumsum(lengths[::-1])[::-1] - 0.5 * lengths
-        self._path_shapes = 1 + math.ceil((2.0 * robot.max_bending * arms).sum() / apart)
-        self._path_points = math.ceil(lengths.max() / apart)
+        shapes = 1 + math.ceil((2.0 * robot.max_bending * arms).sum() / apart)
+        self._path_shapes = min(shapes, MOST_SHAPES)
+        self._path_points = min(math.ceil(lengths.max() / apart), MOST_POINTS)
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.goal = Goal(("x", "y", "z", "depth"), "m", robot.length_m, costs=1)
         self.metrics = (

@@ -137,11 +137,34 @@ def _refuse_changed(wrapper: str, kind: str, env: Any) -> None:
     space, own = getattr(env, name), getattr(env.unwrapped, name)
     if isinstance(own, spaces.Dict):
         space, own = (getattr(each, "spaces", {}).get("observation") for each in (space, own))
-    if space != own:
+    if not same_numbers(space, own):
         raise ValueError(
             f"{wrapper} needs {kind}s as the environment has them, {_short(own)}; a wrapper below "
             f"makes them {_short(space)}: put {wrapper} on first"
         )
+
+
+def same_numbers(space: Any, own: Any) -> bool:
+    """Return whether a space holds what another does: bounds may be lifted, and no more.
+
+    Parameters
+    ----------
+    space, own : gymnasium.Space
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> own = spaces.Box(-1.0, 1.0, (2,))
+    >>> [same_numbers(spaces.Box(-high, high, (2,)), own) for high in (np.inf, 2.0)]
+    [True, False]
+    """
+    if not (isinstance(space, spaces.Box) and isinstance(own, spaces.Box)):
+        return bool(space == own)
+    bounds = ((space.low, own.low), (space.high, own.high))
+    return space.shape == own.shape and all(bool(((a == b) | np.isinf(a)).all()) for a, b in bounds)
 
 
 def _short(space: Any) -> str:

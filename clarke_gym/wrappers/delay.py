@@ -11,7 +11,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.numerics.checks import check_count
-from clarke_gym.wrappers.codec import action_codec, face_of
+from clarke_gym.wrappers.codec import action_codec, face_of, same_numbers
 from clarke_gym.wrappers.goals import AsksRewards
 
 
@@ -44,7 +44,7 @@ class Line:
             )
         representation = codec.representation if codec else face.action_representation
         self._wait = representation.encode(np.zeros(representation.n_joints))
-        if space != spaces.Box(-1.0, 1.0, self._wait.shape, np.float32):
+        if not same_numbers(space, spaces.Box(-1.0, 1.0, self._wait.shape, np.float32)):
             raise ValueError(
                 f"DelayedAction needs actions from -1 to 1 of the shape {self._wait.shape}; a "
                 f"wrapper below makes them {space!r}: put DelayedAction on first"

@@ -35,6 +35,8 @@ CONFIGS = {
     "seed truth": ("seed: true", "seed must not be true or false"),
     "rate truth": ("algo: {name: ppo, learning_rate: yes}", "must not be true or false"),
     "entropy off": ("algo: {name: sac, target_entropy_per_dof: off}", "must not be true or false"),
+    "layer truth": ("algo: {name: ppo, net_arch: [true]}", "must not be true or false"),
+    "twice told": ("env: {kwargs: {autoreset_mode: disabled}}", "autoreset_mode"),
     "batch of one": ("algo: {name: ppo, batch_size: 1}", "must be 2 or more"),
     "checker": ("env: {kwargs: {disable_env_checker: true}}", "disable_env_checker"),
     "window": ("env: {kwargs: {render_mode: human}}", "render_mode"),

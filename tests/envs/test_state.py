@@ -183,3 +183,16 @@ def test_an_episode_that_runs_keeps_its_bars_when_the_difficulty_changes():
     np.testing.assert_array_equal(told[0][0], told[1][0])
     assert told[0][4] == told[1][4]
     np.testing.assert_array_equal(env.reset()[0], twin.reset()[0])
+
+
+@pytest.mark.parametrize("env_id", ["Gate", "Nest", "Wrap"])
+def test_states_of_earlier_versions_are_taken(env_id):
+    envs = gym.make_vec(f"clarke_gym/{env_id}-v0", num_envs=2, n_tendons=4)
+    envs.reset(seed=0)
+    state = envs.unwrapped.state()
+    old = {name: part for name, part in state.items() if name not in ("bodies", "pulled")}
+    old["physics"] = {k: v for k, v in state["physics"].items() if k != "contact_force"}
+    action = np.zeros(envs.action_space.shape, np.float32)
+    expected = envs.step(action)[0]
+    envs.unwrapped.restore(old)
+    np.testing.assert_array_equal(envs.step(action)[0], expected)

@@ -188,6 +188,8 @@ def test_one_segment_keeps_its_limit_and_takes_an_orientation():
         found = chain.f_ind_inverse(position, **more)
         np.testing.assert_allclose(found, [[2.0, 0.5]], rtol=0, atol=1e-9)
     assert chain.f_ind_inverse(np.zeros((0, 3))).shape == (0, 1, 2)
+    edge = chain.f_ind(np.array([[2.5 * np.cos(0.3), 2.5 * np.sin(0.3)]], np.float32))[0]
+    assert chain.f_ind_inverse(edge).dtype == np.float32
     with pytest.raises(ValueError, match=r"a bend of 1\.2 rad, beyond the robot's limit of 0\.5"):
         chain.f_ind_inverse(chain.f_ind(np.array([[6.0, 0.0]]))[0])
     with pytest.raises(ValueError, match="no shape found"):

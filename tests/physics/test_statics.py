@@ -149,3 +149,13 @@ def test_disk_displacements_are_inverted_where_tendons_are_not_spaced_evenly(ang
     bending = np.array([[1.0, 0.5], [-0.4, 0.8]])
     back = bending_from_disk_displacements(disk_displacements(bending, robot), robot)
     np.testing.assert_allclose(back, bending, rtol=0, atol=1e-9)
+
+
+def test_tendons_on_one_line_keep_the_encoder_of_their_segment():
+    """A common shortening cannot be told from a bend there, and is not taken for half of it."""
+    turn, side = np.array([-0.5, 0.0, 0.5]), 0.01
+    radii = np.hypot(side, side * np.tan(turn))
+    segment = Segment(tendon_angles_rad=tuple(turn), tendon_radii_m=tuple(radii), n_disks=20)
+    robot, bending = Robot((segment,)), np.array([[0.7, 0.3]])
+    back = bending_from_disk_displacements(disk_displacements(bending, robot), robot)
+    np.testing.assert_allclose(back, bending, rtol=0, atol=0.02)

@@ -102,6 +102,10 @@ def test_layouts_in_another_unit_are_told(segment, message):
     with pytest.raises(ValueError, match=message):
         make_robot({"segments": [segment]})
     assert make_robot({"segments": [{"tendon_radii_m": None}]}).n_joints == 3
+    angles = np.linspace(0.0, 2.0 * np.pi, 5)[:-1]
+    for given in (angles, list(angles.astype(np.float32))):
+        described = {"segments": [{"n_tendons": 4, "tendon_angles_rad": given}]}
+        assert make_robot(described).segments[0].angles == pytest.approx(angles, abs=1e-6)
 
 
 def test_descriptions_are_frozen():

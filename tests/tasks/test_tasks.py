@@ -156,10 +156,25 @@ def test_the_known_way_through_a_nest_is_clear_between_the_looks_at_it_too(keywo
         assert task.gaps(curves.reshape(1, -1, 3), places[row : row + 1]).min() > 0.0
 
 
-@pytest.mark.parametrize("most", [0.3, 0.6, 1.2])
+@pytest.mark.parametrize("most", [0.3, 0.6, 0.9])
 def test_a_gate_is_refused_to_robots_that_cannot_get_out_of_it(most):
     with pytest.raises(ValueError, match=r"to get out of Gate's ring of bars.*max_bending_rad"):
-        gym.make("clarke_gym/Gate-v0", max_bending_rad=most)
+        gym.make("clarke_gym/Gate-v0", max_bending_rad=most, difficulty=0.0)
+
+
+def test_a_gate_that_is_too_hard_for_a_robot_is_refused_and_it_keeps_the_other():
+    env = gym.make("clarke_gym/Gate-v0", max_bending_rad=1.1, difficulty=0.0)
+    bars = env.unwrapped.task.bar_radius_m
+    with pytest.raises(ValueError, match="at difficulty 1"):
+        env.unwrapped.set_difficulty(1.0)
+    assert (env.unwrapped.difficulty, env.unwrapped.task.bar_radius_m) == (0.0, bars)
+
+
+def test_shapes_of_a_gate_keep_every_segments_limit():
+    robot = make_robot({"segments": [{"max_bending_rad": 0.6}, {"max_bending_rad": 1.6}]})
+    task = TASKS["gate"](robot, difficulty=0.5)
+    starts, _ = task.begin(np.random.default_rng(0).random((60, task.numbers)))
+    assert (np.hypot(starts[..., 0], starts[..., 1]) <= robot.max_bending * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("difficulty", [0.0, 1.0])

@@ -4,6 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.wrappers import (
+    ClipAction,
     DelayObservation,
     FlattenObservation,
     FrameStackObservation,
@@ -172,6 +173,13 @@ def test_drives_wait_for_a_late_action_in_every_representation(name):
             late.step(late.action_space.sample())
             gone = np.abs(env.unwrapped.physics.state.command - start).max()
             assert (gone > 1e-6) == (k == 2)
+
+
+def test_lifted_bounds_change_no_number():
+    clipped = ClipAction(gym.make(ID, n_tendons=5))
+    for env in (wrappers.ClarkeAction(clipped), wrappers.DelayedAction(clipped, 1)):
+        env.reset(seed=0)
+        env.step(np.zeros(env.action_space.shape, np.float32))
 
 
 def test_wrappers_stack_and_rewards_are_asked_of_them():

@@ -445,5 +445,5 @@ class MujocoPhysics:
         self._engine.place(rows, state["qpos"], state["qvel"], state["qacc_warmstart"])
         self._drive = JointVector.from_state(self.batch, state["drive"])
         self._set_diverged(state["diverged"].copy())
-        self._touch = state["contact_force"].copy()
+        self._touch = state.get("contact_force", np.zeros(self.batch.size)).copy()
         self._state = None

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from agents.files import ROOT, ConfigError
-from agents.learning.algorithms import SACSettings
 from agents.learning.config import TrainConfig, load_config
 from agents.studies.config import StudyConfig
 
@@ -83,9 +82,11 @@ def test_updates_that_are_whole_but_for_rounding_are_taken():
 
 
 def test_hindsight_needs_room_for_episodes():
-    algo = SACSettings(replay="her", buffer_size=4_096)
-    with pytest.raises(ValueError, match="two episodes an environment, 6400 or more"):
-        algo.arguments({"num_envs": 64, "dof": 2, "action": 3, "episode": 50})
+    algo = {"name": "sac", "replay": "her", "buffer_size": 4_096}
+    env = {"num_envs": 64, "kwargs": {"goal_env": True}}
+    with pytest.raises(ValueError, match="two episodes an environment, 6400 or more, got 4096"):
+        TrainConfig.model_validate({"algo": algo, "env": env})
+    TrainConfig.model_validate({"algo": algo | {"buffer_size": 6_400}, "env": env})
 
 
 def test_overrides_reach_nested_keys(tmp_path):
