@@ -181,6 +181,12 @@ class Summary:
         return None
 
 
+def _clipped(interval: Interval, low: float, high: float) -> Interval:
+    """Return an interval whose ends are where scores can be."""
+    ends = np.clip([interval.low, interval.high], low, high)
+    return Interval(interval.estimate, *map(float, ends))
+
+
 def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary:
     """Compute the statistics of one arm."""
     success = study.success(arm)
@@ -193,17 +199,13 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
         if not len(scores):
             return NO_INTERVAL
         if len(scores) < ENOUGH:
-            found = iqm_t(scores)
-            low, high = np.clip([found.low, found.high], *within)
-            return Interval(found.estimate, float(low), float(high))
+            return _clipped(iqm_t(scores), *within)
         return iqm_interval([scores], seed=seed, reps=reps)
 
     some = len(success) > 0
     steps_interval = NO_INTERVAL
     if some and len(steps) < ENOUGH:
-        found = mean_t(steps)
-        low, high = np.clip([found.low, found.high], 0.0, grid[-1])
-        steps_interval = Interval(found.estimate, float(low), float(high))
+        steps_interval = _clipped(mean_t(steps), 0.0, float(grid[-1]))
     elif some:
         steps_interval = restricted_mean_interval([steps], seed=seed, reps=reps)
     return ArmSummary(

@@ -44,6 +44,8 @@ def write_references(config: StudyConfig, folder: Path) -> None:
     """
     path = folder / REFERENCES
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    if {task.label for _, _, task in config.arms()} <= {*known}:
+        return
     references = dict(known)
     for run, (_, _, task) in zip(config.runs(), config.arms(), strict=False):  # the first seed's
         if task.label in references:

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from clarke_gym.envs.face import Face
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.wrappers.codec import action_codec, observation_codec, place_of
+from clarke_gym.wrappers.codec import (
+    ActionCodec,
+    ObservationCodec,
+    place_of,
+    representation_of,
+)
 
 NEEDED = ("command", "displacement")
 """Sensors that controllers read."""
@@ -56,9 +61,8 @@ class JointInterface:
         self.robot, self.control_dt = face.robot, face.control_dt
         self.step_m = (face.robot.tendon_speeds * face.control_dt)[:, None]
         self._absolute = face.control == "absolute"
-        acts, observes = action_codec(env), observation_codec(env)
-        self._action = acts.representation if acts else face.action_representation
-        self._observation = observes.representation if observes else face.observation_representation
+        self._action = representation_of(env, ActionCodec)
+        self._observation = representation_of(env, ObservationCodec)
         self._blocks = [block for block in face.sensors.values() if block.reach is not None]
         self._places = {name: place_of(env, block) for name, block in face.sensors.items()}
 

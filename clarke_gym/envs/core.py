@@ -162,8 +162,7 @@ class EnvCore:
     def reset(self, rows: NDArray[np.intp], goal: FloatArray | None = None) -> None:
         """Start new episodes in the environments `rows`, at rest, command equal to displacement."""
         clarke, rest = self.episode.start(rows, goal)
-        if self.task.scene.placed:
-            self._place(rows)
+        self._place(rows)
         self._command = self._command.with_rows(self.batch, rows, clarke)
         first = 0
         for disturbance in self.disturbances:
@@ -176,9 +175,13 @@ class EnvCore:
         if self._pulled is not None:
             self._pulled[rows] = 0.0
 
-    def _place(self, rows: NDArray[np.intp]) -> None:
-        """Put bodies where the episodes of the environments `rows` have them."""
-        self.physics.place(rows, self.task.places(self.episode.parameters[rows]))
+    def _place(self, rows: NDArray[np.intp], bodies: FloatArray | None = None) -> None:
+        """Put placed bodies of some environments where their episodes have them, or as given."""
+        if not self.task.scene.placed:
+            return
+        if bodies is None:
+            bodies = self.task.places(self.episode.parameters[rows])
+        self.physics.place(rows, np.broadcast_to(bodies, (len(rows), *bodies.shape[-2:])))
 
     def set_difficulty(self, difficulty: float | str) -> None:
         """Make the episodes that begin from now on easier or harder."""
@@ -244,10 +247,7 @@ class EnvCore:
         """Put all environments into one episode, at rest: see `Imagination.begin`."""
         rows = np.arange(self.batch.size)
         self.episode.begin_at(parameters, steps)
-        if self.task.scene.placed:
-            if bodies is None:
-                bodies = self.task.places(self.episode.parameters[:1])[0]
-            self.physics.place(rows, np.broadcast_to(bodies, (len(rows), *bodies.shape)))
+        self._place(rows, bodies)
         told, there = (
             np.broadcast_to(pairs, (len(rows), *pairs.shape)) for pairs in (command, displacement)
         )
@@ -385,11 +385,8 @@ class EnvCore:
         self.task.set_difficulty(state["difficulty"])
         self.episode.set_state(state["episode"])
         # States of earlier versions lack what was added since: bodies, pulls and touches.
-        if self.task.scene.placed and self.episode.begun:
-            if "bodies" in state:
-                self.physics.place(np.arange(self.batch.size), state["bodies"])
-            else:
-                self._place(np.arange(self.batch.size))
+        if self.episode.begun:
+            self._place(np.arange(self.batch.size), state.get("bodies"))
         for disturbance, kept in zip(self.disturbances, state["disturbances"], strict=True):
             disturbance.drawn = kept["drawn"].copy()
             disturbance.set_state(kept["own"])

@@ -97,7 +97,7 @@ class Face:
         Raises
         ------
         ValueError, TypeError
-            If it is neither.
+            If it is neither, or the task has no such episodes for this robot; nothing changes then.
         """
         self._core.set_difficulty(difficulty)
 

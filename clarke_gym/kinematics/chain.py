@@ -217,7 +217,7 @@ class SpaceChain:
             bending, error = inverse_kinematics(
                 position, self.robot.lengths, quaternion=quaternion, **search
             )
-        worst = float(error.max()) if math.prod(error.shape) else 0.0
+        worst = _largest(error)
         if not worst <= 1e-6:
             raise ValueError(
                 f"no shape found for the pose: the nearest misses by {100.0 * worst:.3g} % of the "
@@ -228,7 +228,7 @@ class SpaceChain:
     def _within(self, bending: Array) -> Array:
         """Return the bend of a robot of one segment, or say that it is beyond its limit."""
         size, limit = (bending * bending).sum(-1) ** 0.5, float(self.robot.max_bending[0])
-        most = float(size.max()) if math.prod(size.shape) else 0.0
+        most = _largest(size)
         if most > limit * (1.0 + 1e-6):
             raise ValueError(
                 f"no shape found for the pose: it takes a bend of {most:.6g} rad, beyond the "
@@ -319,3 +319,8 @@ class SpaceChain:
     def _bending(self, curvature: Array) -> Array:
         curvature = check_pairs(curvature, self.robot.lengths, "curvature")
         return curvature * self._lengths_like(curvature)
+
+
+def _largest(array: Array) -> float:
+    """Return the largest of some numbers that are not negative; 0 of none."""
+    return float(array.max()) if math.prod(array.shape) else 0.0

@@ -92,7 +92,7 @@ class Registry(Generic[T]):
                     f"{entry.__name__} is the {self.kind} {known!r} already; register a subclass "
                     f"as {name!r}"
                 )
-            self.register(name, entry)
+            self._entries[name] = entry
             entry.name = name  # type: ignore[attr-defined]
             return entry
 

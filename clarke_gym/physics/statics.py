@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clarke_gym import kinematics
+from clarke_gym.clarke.layouts import Layout
 from clarke_gym.kinematics.arcs import angle_over_sine
 from clarke_gym.numerics.arrays import Array, FloatArray, array_namespace, as_floating, matrix_like
 from clarke_gym.numerics.checks import check_pairs
@@ -226,10 +227,11 @@ def _bend_alone(segment: Segment) -> FloatArray:
 
     Of tendons on one line the bend and a common shortening cannot be told apart.
     """
-    decoder = np.column_stack([segment.matrices[1], np.ones(segment.n_tendons)])
-    told = np.linalg.matrix_rank(decoder) == 3
-    encoder: FloatArray = np.linalg.pinv(decoder)[:2] if told else segment.matrices[0]
-    return encoder
+    try:
+        layout = Layout(segment.angles, segment.radii, segment.pitch_radius_m)
+        return layout.extensible_encoder[:2]
+    except ValueError:
+        return segment.matrices[0]
 
 
 def _joints(array: Array, robot: Robot, name: str) -> Array:

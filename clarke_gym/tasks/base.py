@@ -208,7 +208,7 @@ class Task(ABC):
         Raises
         ------
         ValueError, TypeError
-            If it is neither.
+            If it is neither, or `settle` refuses it: then the one before stays.
         """
         value = RUNGS.get(difficulty) if isinstance(difficulty, str) else difficulty
         if isinstance(value, bool) or not isinstance(value, int | float | None):
@@ -217,8 +217,15 @@ class Task(ABC):
             raise ValueError(
                 f"difficulty must be from 0 to 1 or one of {list(RUNGS)}, got {difficulty!r}"
             )
+        before = getattr(self, "difficulty", None)
         self.difficulty = float(value)
-        self.settle()
+        try:
+            self.settle()
+        except ValueError:
+            if before is not None:
+                self.difficulty = before
+                self.settle()
+            raise
 
     def settle(self) -> None:  # noqa: B027 (most tasks have nothing to derive)
         """Derive what depends on the difficulty."""

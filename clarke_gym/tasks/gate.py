@@ -80,16 +80,6 @@ class Gate(ObstructedTask):
         super().__init__(robot, reward, success_tolerance, difficulty, random_start)
         self.numbers = 4 * CANDIDATES * robot.n_segments + 2
 
-    def set_difficulty(self, difficulty: float | str) -> None:
-        """Make episodes easier or harder; one at which the robot stays in the ring is refused."""
-        before = getattr(self, "difficulty", None)
-        try:
-            super().set_difficulty(difficulty)
-        except ValueError:
-            if before is not None:
-                super().set_difficulty(before)
-            raise
-
     def settle(self) -> None:
         """Derive the bars from the difficulty."""
         super().settle()

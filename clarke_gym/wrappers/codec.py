@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -44,56 +43,62 @@ def face_of(env: Any, wrapper: str) -> Face:
     return face
 
 
-def _codecs(env: Any) -> Iterator[Any]:
-    """Yield the codecs of wrappers that were put on by hand, from the outermost on."""
-    layer = env
-    while layer is not layer.unwrapped:
-        yield vars(layer).get("_codec")
-        layer = layer.env
-
-
-def action_codec(env: Any) -> ActionCodec | None:
-    """Return what a wrapper put on by hand does to actions, None without one.
+def codec_of(env: Any, kind: type[C]) -> C | None:
+    """Return what a wrapper put on by hand does, None without one.
 
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
+    kind : type
+        `ActionCodec` or `ObservationCodec`.
 
     Returns
     -------
-    ActionCodec or None
+    ActionCodec, ObservationCodec or None
 
     Examples
     --------
     >>> import gymnasium, clarke_gym
     >>> from clarke_gym.wrappers import ClarkeAction
     >>> env = gymnasium.make("clarke_gym/Reach-v0")
-    >>> action_codec(env), action_codec(ClarkeAction(env)).representation.name
+    >>> codec_of(env, ActionCodec), codec_of(ClarkeAction(env), ActionCodec).representation.name
     (None, 'clarke')
     """
-    return next((codec for codec in _codecs(env) if isinstance(codec, ActionCodec)), None)
+    layer = env
+    while layer is not layer.unwrapped:
+        codec = vars(layer).get("_codec")
+        if isinstance(codec, kind):
+            return codec
+        layer = layer.env
+    return None
 
 
-def observation_codec(env: Any) -> ObservationCodec | None:
-    """Return what a wrapper put on by hand does to observations, None without one.
+def representation_of(env: Any, kind: type[Codec]) -> Representation:
+    """Return the representation of a wrapper put on by hand, or the environment's own.
 
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
+    kind : type
+        `ActionCodec` or `ObservationCodec`.
 
     Returns
     -------
-    ObservationCodec or None
+    Representation
 
     Examples
     --------
     >>> import gymnasium, clarke_gym
-    >>> from clarke_gym.wrappers import ClarkeObservation
-    >>> env = gymnasium.make("clarke_gym/Reach-v0")
-    >>> observation_codec(env), observation_codec(ClarkeObservation(env)).representation.name
-    (None, 'clarke')
+    >>> from clarke_gym.wrappers import ClarkeAction
+    >>> env = ClarkeAction(gymnasium.make("clarke_gym/Reach-v0"))
+    >>> [representation_of(env, kind).name for kind in (ActionCodec, ObservationCodec)]
+    ['clarke', 'raw']
     """
-    return next((codec for codec in _codecs(env) if isinstance(codec, ObservationCodec)), None)
+    codec = codec_of(env, kind)
+    if codec is not None:
+        return codec.representation
+    own: Representation = getattr(env.unwrapped, f"{kind.of}_representation")
+    return own
 
 
 def place_of(env: Any, block: Block) -> slice:
@@ -118,30 +123,8 @@ def place_of(env: Any, block: Block) -> slice:
     >>> place_of(env, block), place_of(ClarkeObservation(env), block)
     (slice(14, 17, None), slice(4, 7, None))
     """
-    codec = observation_codec(env)
+    codec = codec_of(env, ObservationCodec)
     return block.place if codec is None else codec.place(block)
-
-
-def _refuse_second(wrapper: str, kind: str, codec: ActionCodec | ObservationCodec | None) -> None:
-    if codec is not None:
-        raise ValueError(
-            f"{wrapper} needs {kind} in joint space; a wrapper below writes them as "
-            f"{codec.representation.name!r} already"
-        )
-
-
-def _refuse_changed(wrapper: str, kind: str, env: Any) -> None:
-    """Refuse what wrappers below have written in other numbers than the environment's."""
-    single = f"single_{kind}_space"
-    name = single if hasattr(env, single) else f"{kind}_space"
-    space, own = getattr(env, name), getattr(env.unwrapped, name)
-    if isinstance(own, spaces.Dict):
-        space, own = (getattr(each, "spaces", {}).get("observation") for each in (space, own))
-    if not same_numbers(space, own):
-        raise ValueError(
-            f"{wrapper} needs {kind}s as the environment has them, {_short(own)}; a wrapper below "
-            f"makes them {_short(space)}: put {wrapper} on first"
-        )
 
 
 def same_numbers(space: Any, own: Any) -> bool:
@@ -174,29 +157,68 @@ def _short(space: Any) -> str:
     return f"{space.shape} from {space.low.min():g} to {space.high.max():g}"
 
 
-class ActionCodec:
-    """Turns actions in a representation into joint-space actions.
+class Codec:
+    """Writes one kind of joint-space numbers in a representation.
 
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment that takes actions in joint space.
+        A clarke_gym environment whose numbers of this kind are in joint space.
     name : str
         The representation.
     wrapper : str
         Who asks.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is another environment, or its numbers are not in joint space any more.
     """
+
+    of: ClassVar[str]
+    """The kind, "action" or "observation"."""
 
     def __init__(self, env: Any, name: str, wrapper: str) -> None:
         face = face_of(env, wrapper)
-        if face.action_representation.name != "raw":
+        needs = f"{wrapper} needs {self.of}s in joint space; "
+        own: Representation = getattr(face, f"{self.of}_representation")
+        if own.name != "raw":
             raise ValueError(
-                f"{wrapper} needs actions in joint space; this environment was made with "
-                f"action_representation={face.action_representation.name!r} already"
+                f"{needs}this environment was made with "
+                f"{self.of}_representation={own.name!r} already"
             )
-        _refuse_second(wrapper, "actions", action_codec(env))
-        _refuse_changed(wrapper, "action", env)
+        below = codec_of(env, type(self))
+        if below is not None:
+            raise ValueError(
+                f"{needs}a wrapper below writes them as {below.representation.name!r} already"
+            )
+        self._refuse_changed(env, wrapper)
         self.representation: Representation = make_representation(name, face.robot)
+
+    def _refuse_changed(self, env: Any, wrapper: str) -> None:
+        """Refuse what wrappers below have written in other numbers than the environment's."""
+        single = f"single_{self.of}_space"
+        name = single if hasattr(env, single) else f"{self.of}_space"
+        space, own = getattr(env, name), getattr(env.unwrapped, name)
+        if isinstance(own, spaces.Dict):
+            space, own = (getattr(each, "spaces", {}).get("observation") for each in (space, own))
+        if not same_numbers(space, own):
+            raise ValueError(
+                f"{wrapper} needs {self.of}s as the environment has them, {_short(own)}; a wrapper "
+                f"below makes them {_short(space)}: put {wrapper} on first"
+            )
+
+
+C = TypeVar("C", bound=Codec)
+
+
+class ActionCodec(Codec):
+    """Turns actions in a representation into joint-space actions; takes what `Codec` does."""
+
+    of: ClassVar[str] = "action"
+
+    def __init__(self, env: Any, name: str, wrapper: str) -> None:
+        super().__init__(env, name, wrapper)
         self.space = spaces.Box(-1.0, 1.0, (self.representation.size,), np.float32)
 
     def decode(self, action: ArrayLike) -> NDArray[np.float64]:
@@ -204,29 +226,14 @@ class ActionCodec:
         return self.representation.decode(np.asarray(action, dtype=np.float64))
 
 
-class ObservationCodec:
-    """Turns joint-space blocks of observations into a representation.
+class ObservationCodec(Codec):
+    """Turns joint-space blocks of observations into a representation; takes what `Codec` does."""
 
-    Parameters
-    ----------
-    env : gymnasium.Env or gymnasium.vector.VectorEnv
-        A clarke_gym environment whose observations are in joint space.
-    name : str
-        The representation.
-    wrapper : str
-        Who asks.
-    """
+    of: ClassVar[str] = "observation"
 
     def __init__(self, env: Any, name: str, wrapper: str) -> None:
+        super().__init__(env, name, wrapper)
         face = face_of(env, wrapper)
-        if face.observation_representation.name != "raw":
-            raise ValueError(
-                f"{wrapper} needs observations in joint space; this environment was made with "
-                f"observation_representation={face.observation_representation.name!r} already"
-            )
-        _refuse_second(wrapper, "observations", observation_codec(env))
-        _refuse_changed(wrapper, "observation", env)
-        self.representation: Representation = make_representation(name, face.robot)
         self._joints = face.robot.n_joints
         reaches = [block.reach for block in face.sensors.values() if block.reach is not None]
         self._count, self._width = len(reaches), len(reaches) * self._joints

@@ -11,7 +11,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import ArrayLike, NDArray
 
 from clarke_gym.numerics.checks import check_count
-from clarke_gym.wrappers.codec import action_codec, face_of, same_numbers
+from clarke_gym.wrappers.codec import ActionCodec, face_of, representation_of, same_numbers
 from clarke_gym.wrappers.goals import AsksRewards
 
 
@@ -36,13 +36,12 @@ class Line:
 
     def __init__(self, env: Any, space: Any, num_envs: int, delay: int) -> None:
         check_count("delay", delay, 0)
-        face, codec = face_of(env, "DelayedAction"), action_codec(env)
-        if face.control != "increment":
+        if face_of(env, "DelayedAction").control != "increment":
             raise ValueError(
                 "DelayedAction needs control='increment', where drives can be told to wait; the "
                 "disturbance 'command_delay' delays commands of any control"
             )
-        representation = codec.representation if codec else face.action_representation
+        representation = representation_of(env, ActionCodec)
         self._wait = representation.encode(np.zeros(representation.n_joints))
         if not same_numbers(space, spaces.Box(-1.0, 1.0, self._wait.shape, np.float32)):
             raise ValueError(

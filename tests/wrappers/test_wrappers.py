@@ -176,10 +176,13 @@ def test_drives_wait_for_a_late_action_in_every_representation(name):
 
 
 def test_lifted_bounds_change_no_number():
+    plain = gym.make(ID, n_tendons=5)
     clipped = ClipAction(gym.make(ID, n_tendons=5))
-    for env in (wrappers.ClarkeAction(clipped), wrappers.DelayedAction(clipped, 1)):
-        env.reset(seed=0)
-        env.step(np.zeros(env.action_space.shape, np.float32))
+    for wrapped in (wrappers.ClarkeAction, lambda env: wrappers.DelayedAction(env, 1)):
+        ours, theirs = wrapped(clipped), wrapped(plain)
+        np.testing.assert_array_equal(ours.reset(seed=0)[0], theirs.reset(seed=0)[0])
+        for action in np.random.default_rng(0).uniform(-0.3, 0.3, (3, *ours.action_space.shape)):
+            np.testing.assert_array_equal(ours.step(action)[0], theirs.step(action)[0])
 
 
 def test_wrappers_stack_and_rewards_are_asked_of_them():
