@@ -36,9 +36,9 @@ class Nest(ObstructedTask):
     """Reach a goal position in a nest of random obstacles.
 
     Spheres and rods stand where the robot could be, other ones in every episode: two of them at
-    difficulty 0, eight at 1. They leave a way clear that is known to exist, from the start by a
-    random shape to the goal; the straight way may be blocked. Bodies for which there is no such
-    place lie out of reach, below the base.
+    difficulty 0, eight at 1. They leave a way clear, but for grazing, that is known to exist, from
+    the start by a random shape to the goal; the straight way may be blocked. Bodies for which there
+    is no such place lie out of reach, below the base.
 
     Parameters
     ----------
