@@ -116,7 +116,7 @@ def test_spec_survives_json(env_id, representation, physics):
 
 @pytest.mark.parametrize(("env_id", "representation", "physics"), SMALL)
 def test_observations_stay_in_their_space_and_use_it(env_id, representation, physics):
-    num_envs, steps = (6, 80) if physics == "mujoco" else (64, 120)  # slack tendons are slow
+    num_envs, steps = (4, 60) if physics == "mujoco" else (64, 120)  # slack tendons are slow
     envs = gym.make_vec(
         env_id, num_envs=num_envs, representation=representation, physics=physics, n_tendons=4
     )
