@@ -2,11 +2,14 @@
 
 All of them work on the manifold: measured displacements go through M_P, the control law acts on two
 numbers a segment, and M_P^-1 takes its output back to the tendons. Commands leave in whatever
-representation the environment expects.
+representation the environment expects. The transform is that of the robot's description: with
+coordinates of a layout that differs from it (`clarke_layout`) shapes are off by as much.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +28,8 @@ from clarke_gym.kinematics.inverse_chain import (
     saturate_bending,
 )
 from clarke_gym.kinematics.jacobians import tip_jacobian
-from clarke_gym.tasks import ObstructedTask, Wrap
+from clarke_gym.numerics.checks import check_positive
+from clarke_gym.tasks import GoalTask, ObstructedTask, Wrap
 
 FloatArray = NDArray[np.float64]
 
@@ -57,6 +61,11 @@ class Gains:
         a period of the arm's slowest swing does not feed that swing. 0 trusts the model.
     speed_share : float
         Share of the drives' speed that the loops use: full speed makes a long arm swing.
+
+    Raises
+    ------
+    ValueError
+        If a gain or the memory is negative or not finite, or the share is not above 0, at most 1.
     """
 
     proportional: float = 4.0
@@ -64,6 +73,13 @@ class Gains:
     derivative: float = 0.0
     tip_memory_s: float = 0.3
     speed_share: float = 0.9
+
+    def __post_init__(self) -> None:
+        for name in ("proportional", "integral", "derivative", "tip_memory_s"):
+            if getattr(self, name) != 0.0:
+                check_positive(name, getattr(self, name))
+        if check_positive("speed_share", self.speed_share) > 1.0:
+            raise ValueError(f"speed_share must be above 0, at most 1, got {self.speed_share!r}")
 
 
 class TipController:
@@ -90,7 +106,18 @@ class TipController:
         self._interface = ManifoldInterface(env)
         self._gains = Gains() if gains is None else gains
         self._robot = self._interface.robot
+        self._predicted = self._model(self._interface.task)
         self._goal: FloatArray | None = None
+
+    def _model(self, task: GoalTask) -> Callable[[FloatArray], FloatArray]:
+        """Return what tells what shapes achieve; of a position that is where the tip comes."""
+        if type(task).predicted is not GoalTask.predicted:
+            return task.predicted
+        if self._interface.is_position:
+            return lambda bending: kinematics.forward(bending, self._robot.lengths)[0]
+        raise ValueError(
+            f"controllers plan with what shapes achieve; {type(task).__name__} has no `predicted`"
+        )
 
     def reset(self) -> None:
         """Forget everything: the next observation starts new episodes."""
@@ -110,7 +137,8 @@ class TipController:
             self._goal = np.full_like(now.goal, np.inf)
             self._target = bending.copy()
             self._ways: list[list[FloatArray]] = [[] for _ in bending]
-            memory = round(self._gains.tip_memory_s / self._interface.control_dt)
+            memory = self._gains.tip_memory_s / self._interface.control_dt
+            memory = max(round(memory), math.ceil(min(memory, 1.0)))
             self._gaps = np.full((memory, *now.goal.shape), np.nan)
             self._sum, self._last = np.zeros_like(now.displacement), now.displacement.copy()
         jump = np.linalg.norm((now.goal - self._goal) / self._interface.goal_scale, axis=1)
@@ -129,7 +157,7 @@ class TipController:
         bias = np.zeros_like(now.goal)
         if len(self._gaps):
             self._gaps = np.roll(self._gaps, 1, axis=0)
-            self._gaps[0] = now.achieved - self._interface.task.predicted(bending)
+            self._gaps[0] = now.achieved - self._predicted(bending)
             bias = np.nanmean(self._gaps, axis=0)
         on_way = np.array([bool(way) for way in self._ways])
         for row in np.flatnonzero(on_way & ~fresh):
@@ -186,7 +214,7 @@ class TipController:
             )
             return found
         shapes, error = fit_bending(
-            interface.task.predicted,
+            self._predicted,
             goal.reshape(-1, goal.shape[-1]),
             start=start.reshape(-1, *start.shape[-2:]),
             max_bending=robot.max_bending,
@@ -207,7 +235,8 @@ class TipController:
         self._sum = self._sum + np.where(near, error * dt, 0.0)
         speed = (now.displacement - self._last) / dt
         self._last = now.displacement
-        rate = gains.proportional * error + gains.integral * self._sum - gains.derivative * speed
+        proportional = min(gains.proportional, 1.0 / dt)  # all of it in one period, and not beyond
+        rate = proportional * error + gains.integral * self._sum - gains.derivative * speed
         command: FloatArray = now.command + (target - before) + rate * dt
         return command
 
@@ -220,16 +249,19 @@ class ResolvedRateController:
     """Moves the tip straight at the goal: tip velocity through the damped inverse Jacobian.
 
     No plan: the Jacobian of the measured shape turns the gap between goal and tip into rates of the
-    Clarke coordinates. It needs no inverse kinematics, but can stop at a bending limit.
+    Clarke coordinates, all slowed down alike to what the drives can do. It needs no inverse
+    kinematics, but can stop at a bending limit: with several segments one of 50 goals or so is not
+    reached from a random shape.
 
     Parameters
     ----------
     env : gymnasium.Env or gymnasium.vector.VectorEnv
         A clarke_gym environment whose task has a goal position.
     gain : float
-        Share of the gap to close in one step.
+        Share of the gap to close in one step. On MuJoCo several segments swing at 0.6; 0.2 is calm.
     damping : float
-        Damping of the inverse, relative to the robot's length.
+        Damping of the inverse, relative to the robot's length: near straight shapes, where the tip
+        cannot move along itself, a small one makes segments bend against each other.
 
     Raises
     ------
@@ -237,7 +269,7 @@ class ResolvedRateController:
         If it is another environment, or its goal is no position.
     """
 
-    def __init__(self, env: Any, gain: float = 0.6, damping: float = 1e-2) -> None:
+    def __init__(self, env: Any, gain: float = 0.6, damping: float = 0.1) -> None:
         self._interface = ManifoldInterface(env)
         if not self._interface.is_position:
             raise ValueError(
@@ -256,7 +288,10 @@ class ResolvedRateController:
         jacobian = tip_jacobian(bending, robot.lengths)[:, :3] / robot.length_m
         gap = self._gain * (now.goal - now.achieved) / robot.length_m
         step = damped_step(jacobian, gap, np.full(len(gap), self._damping**2))
-        moved = saturate_bending(bending + step.reshape(bending.shape), robot.max_bending)
+        step = step.reshape(bending.shape)
+        # Slowed down before limits of bends act: they would turn a long step another way.
+        step /= self._interface.periods(kinematics.bending_to_clarke(step, robot.pitch_radii))
+        moved = saturate_bending(bending + step, robot.max_bending)
         change = kinematics.bending_to_clarke(moved - bending, robot.pitch_radii)
         action = self._interface.act(now.command + change, now.command)
         return self._interface.answer(observation, action)

@@ -96,6 +96,11 @@ class JointInterface:
         """Bodies around the robots, shape (B, K, 7), as a camera would tell them."""
         return self._face.physics.state.bodies
 
+    def periods(self, change: FloatArray, speed_share: float = 1.0) -> FloatArray:
+        """Return how many control periods, at least one, changes (B, S, 2) [m] take, (B, 1, 1)."""
+        periods = np.hypot(change[..., 0], change[..., 1]) / (speed_share * self.step_m[:, 0])
+        return np.maximum(periods.max(axis=1), 1.0)[:, None, None]
+
     def act(
         self, target: FloatArray, held: FloatArray, speed_share: float = 1.0
     ) -> NDArray[np.float32]:
@@ -104,9 +109,7 @@ class JointInterface:
         All segments slow down together, so that the command runs along a straight line, at most at
         `speed_share` of the drives' speed limits.
         """
-        change = target - held
-        steps = np.hypot(change[..., 0], change[..., 1]) / (speed_share * self.step_m[:, 0])
-        change = change / np.maximum(steps.max(axis=1), 1.0)[:, None, None]
+        change = (target - held) / self.periods(target - held, speed_share)
         if self._absolute:
             wanted = (held + change) / self.robot.max_clarke[:, None]
         else:

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clarke_gym.control.manifold_interface import ManifoldInterface
+from clarke_gym.control.manifold_interface import JointInterface
 from clarke_gym.envs.imagination import Imagination
 from clarke_gym.numerics.arrays import FloatArray
+from clarke_gym.numerics.checks import check_count, check_positive
+from clarke_gym.wrappers.codec import ActionCodec, codec_of
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,12 @@ class MppiSettings:
         Over the spread of returns: how much better sequences must be to count more.
     last : float
         Weight of the last reward: where a plan leads counts beside the way there.
+
+    Raises
+    ------
+    ValueError
+        If a count is no whole number above 0, another number not finite, or not above 0 (`last`: or
+        0).
     """
 
     samples: int = 256
@@ -39,6 +47,14 @@ class MppiSettings:
     noise: float = 0.6
     temperature: float = 0.15
     last: float = 5.0
+
+    def __post_init__(self) -> None:
+        for name in ("samples", "horizon", "hold"):
+            check_count(name, getattr(self, name))
+        for name in ("noise", "temperature"):
+            check_positive(name, getattr(self, name))
+        if self.last != 0.0:
+            check_positive("last", self.last)
 
 
 class MppiController:
@@ -78,8 +94,13 @@ class MppiController:
 
     def __init__(self, env: Any, settings: MppiSettings | None = None, seed: int = 0) -> None:
         self._settings = MppiSettings() if settings is None else settings
-        self._interface = ManifoldInterface(env)
+        self._interface = JointInterface(env)
         self._face = env.unwrapped
+        if codec_of(env, ActionCodec) is not None:
+            raise ValueError(
+                "mppi plans in the representation that the environment was made with; make it with "
+                "representation=... instead of a wrapper around its actions"
+            )
         self._imagined = Imagination(self._face.config, self._settings.samples)
         self._seed = seed
         self.reset()
@@ -92,7 +113,7 @@ class MppiController:
 
     def act(self, observation: Any) -> NDArray[np.float32]:
         """Return actions (B, k) for a batch of observations, or (k,) for a single one."""
-        now, steps = self._interface.sense(observation), self._face.steps
+        now, steps = self._interface.joints(observation), self._face.steps
         parameters, bodies = self._face.parameters, self._interface.bodies
         size, horizon = self._imagined.action_size, self._settings.horizon
         fresh = np.ones(len(steps), bool) if self._steps is None else steps <= self._steps
@@ -105,8 +126,8 @@ class MppiController:
             self._imagined.begin(
                 parameters[row],
                 int(steps[row]),
-                now.command[row],
-                now.displacement[row],
+                now["command"][row],
+                now["displacement"][row],
                 bodies=bodies[row],
                 difficulty=self._face.difficulty,
             )

@@ -34,7 +34,8 @@ class Disturbance:
 
     name: ClassVar[str] = ""
     physics: ClassVar[tuple[str, ...]] = ("constant_curvature", "mujoco")
-    """Models that it has a meaning in."""
+    """Models that it has a meaning in. What has one in constant curvature changes commands, sensors
+    and where tendons run alone, and has one in models that users register, too."""
     numbers: ClassVar[int] = 0
     """Uniform random numbers an episode."""
     twins: ClassVar[Mapping[str, type[Disturbance]]] = {}
@@ -92,6 +93,12 @@ class Disturbance:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state of `get_state`."""
+
+    @classmethod
+    def fits(cls, physics: str) -> bool:
+        """Return whether it has a meaning in a model."""
+        alike = "constant_curvature" if physics != "mujoco" else physics
+        return physics in cls.physics or alike in cls.physics
 
     def overrides(self, hook: str) -> bool:
         """Return whether a hook does something."""

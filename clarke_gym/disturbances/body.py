@@ -11,6 +11,8 @@ import numpy as np
 from clarke_gym.disturbances.base import Simulated, register_disturbance
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.noise import directions, uniforms
+from clarke_gym.physics.statics import most_payload_kg
+from clarke_gym.robots.robot import Robot
 
 MOST_PAYLOAD_KG = 0.01
 """Heaviest payload at the tip."""
@@ -34,6 +36,16 @@ LESS_DAMPED = 0.5
 @register_disturbance("payload")
 class Payload(Simulated):
     """A point mass at the tip, up to 10 g, drawn for every episode."""
+
+    def make(self, robot: Robot) -> Robot:
+        """Refuse robots that the heaviest mass would crush."""
+        heaviest, most = MOST_PAYLOAD_KG * self.strength, most_payload_kg(robot)
+        if heaviest > most:
+            raise ValueError(
+                f"disturbance 'payload' of up to {heaviest:.3g} kg is more than this robot can be "
+                f"simulated under: at most {most:.3g} kg"
+            )
+        return robot
 
     def vary(self, numbers: FloatArray) -> Mapping[str, FloatArray]:
         """Return masses [kg]."""

@@ -83,17 +83,16 @@ def parse(text: str | None, physics: str) -> dict[str, float]:
         strength = _strength(name, number) if given else 1.0
         if name in PRESETS:
             for key, share in PRESETS[name].items():
-                if physics in DISTURBANCES[key].physics:
+                if DISTURBANCES[key].fits(physics):
                     strengths[key] = _possible(key, share * strength, part)
             continue
         if name not in DISTURBANCES:
             names = [*PRESETS, *DISTURBANCES.names()]
             raise ValueError(f"disturbances must be of {names}, got {name!r}{nearest(name, names)}")
-        having = DISTURBANCES[name].physics
-        if physics not in having:
+        if not DISTURBANCES[name].fits(physics):
+            having = list(DISTURBANCES[name].physics)
             raise ValueError(
-                f"disturbance {name!r} has no meaning with physics={physics!r}; {list(having)} "
-                "have it"
+                f"disturbance {name!r} has no meaning with physics={physics!r}; {having} have it"
             )
         strengths[name] = _possible(name, strength, part)
     return strengths

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -180,6 +181,7 @@ class EnvConfig:
             (options[1], keywords_of(TASKS[task])),
             (options[2], physics_class(physics).KEYWORDS),
         )
+        _refuse_shared(task, physics, [known for _, known in owners])
         for name, known in owners:
             found = {key: keywords.pop(key) for key in known if key in keywords}
             own[name] = {**own.get(name, {}), **found}
@@ -249,8 +251,24 @@ def all_keywords() -> Iterator[tuple[str, str]]:
         for key in keywords_of(TASKS[name]):
             yield key, f"task={name!r}"
     for name in PHYSICS.names():
-        for key in physics_class(name).KEYWORDS:
-            yield key, f"physics={name!r}"
+        with suppress(ImportError, AttributeError, TypeError):  # some user's, not asked for here
+            for key in physics_class(name).KEYWORDS:
+                yield key, f"physics={name!r}"
+
+
+def _refuse_shared(task: str, physics: str, known: list[tuple[str, ...]]) -> None:
+    """Refuse parts that want the same keyword: one of them would never get it."""
+    names = [f"task={task!r}", f"physics={physics!r}"]
+    taken = {entry.name: "every environment" for entry in fields(EnvConfig)}
+    taken |= dict.fromkeys(known[0], "the robot")
+    for owner, keys in zip(names, known[1:], strict=True):
+        for key in keys:
+            if key in taken:
+                raise ValueError(
+                    f"keyword {key!r} is of {taken[key]} and of {owner}; a part of yours needs "
+                    "another name for it"
+                )
+        taken |= dict.fromkeys(keys, owner)
 
 
 def _refuse(key: str, keywords: dict[str, Any], task: str, physics: str) -> None:

@@ -18,6 +18,7 @@ from clarke_gym.envs.episode import Episode
 from clarke_gym.envs.limits import CommandLimits
 from clarke_gym.envs.observer import Observer
 from clarke_gym.envs.tally import Tally
+from clarke_gym.envs.told import check_finite_rows, check_outcome, check_rows, check_start
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, each, largest_magnitude
 from clarke_gym.physics import PHYSICS, physics_class
@@ -76,7 +77,8 @@ class EnvCore:
             batch.size,
             config.control_dt,
             config.longest_episode,
-            partial(_placed, self.physics, self._radii),  # no reference back: nothing waits for gc
+            # No reference back: nothing waits for the garbage collector.
+            partial(_placed, config.task, self.physics, self._radii),
             sum(disturbance.numbers for disturbance in self.disturbances),
         )
         for disturbance in self.disturbances:
@@ -85,6 +87,7 @@ class EnvCore:
         self._tallies = any(metric.over != "now" for metric in self.task.metrics)
         self._picture: Picture | None = None
         self._pulled: FloatArray | None = None
+        self._looked_at = False
 
     def _make_physics(self) -> Physics:
         """Return the physics of the robot that disturbances leave of the nominal one."""
@@ -181,6 +184,12 @@ class EnvCore:
             return
         if bodies is None:
             bodies = self.task.places(self.episode.parameters[rows])
+        scene = self.task.scene
+        if not scene.resized and np.abs(bodies[..., 6] - scene.numbers[:, 6]).max() > 1e-9:
+            raise ValueError(
+                f"task {self.config.task!r} places bodies of other radii than its scene has; "
+                "Scene(..., resized=True) lets it"
+            )
         self.physics.place(rows, np.broadcast_to(bodies, (len(rows), *bodies.shape[-2:])))
 
     def set_difficulty(self, difficulty: float | str) -> None:
@@ -197,9 +206,13 @@ class EnvCore:
             told = sent.joint(self.robot)
             for disturbance in self._steering:
                 told = disturbance.step(told)
+                owner = f"disturbance {disturbance.name!r}: `step`"
+                check_finite_rows(owner, told, (self.batch.size, self.robot.n_joints))
             sent = self._splitter.rows(told)
         if self._task_pulls or self._pulling:
             self._pulled = self._force()
+            owner = f"`force` of task {self.config.task!r} or a disturbance"
+            check_finite_rows(owner, self._pulled, (self.batch.size, 3))
             self.physics.pull(self._pulled)
         self.physics.step(sent)
         self.episode.advance()
@@ -226,12 +239,14 @@ class EnvCore:
     def _sensed(self, name: str, scale: FloatArray | float, values: FloatArray) -> FloatArray:
         """Return what disturbances leave of a sensor's true values (B, k)."""
         for disturbance in self._sensing:
-            values = disturbance.sense(name, scale, values)
+            shape = values.shape
+            values = disturbance.sense(name, scale, values.copy())  # theirs to write to
+            check_rows(f"disturbance {disturbance.name!r}: `sense`", values, shape)
         return values
 
     def outcome(self) -> Outcome:
         """Return what the task says of the current state."""
-        state = self.physics.state
+        self._evaluated = state = self.physics.state
         state.command_vector = self._command
         state.goal_after = self.episode.goal_after
         return self.task.evaluate(state, self.episode.goal)
@@ -257,7 +272,11 @@ class EnvCore:
 
     def evaluate(self) -> tuple[Outcome, NDArray[np.bool_], dict[str, Any]]:
         """Return the outcome of the current state, which episodes fail, and what `info` holds."""
-        outcome, state = self.outcome(), self.physics.state
+        outcome, state = self.outcome(), self._evaluated
+        if not self._looked_at:
+            declared = [metric.name for metric in self.task.metrics]
+            check_outcome(self.config.task, outcome, self.batch.size, declared)
+            self._looked_at = True
         failure = outcome.failure
         ended = state.diverged.copy() if failure is None else state.diverged | failure
         info = {**outcome.metrics, "is_success": outcome.success}
@@ -274,7 +293,7 @@ class EnvCore:
 
     def observe(self) -> Any:
         """Return the observation of the state that `evaluate` was asked for, as new arrays."""
-        state, seen = self.physics.state, self.batch.seen
+        state, seen = self._evaluated, self.batch.seen
         observation = seen(self.observer.write(state, self.episode.goal))
         if not self.config.goal_env:
             return observation
@@ -399,8 +418,9 @@ class EnvCore:
 
 
 def _placed(
-    physics: Physics, radii: FloatArray, bending: FloatArray
+    task: str, physics: Physics, radii: FloatArray, bending: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return Clarke coordinates (R, S, 2) of shapes, and the physics' coordinates at rest."""
+    """Return Clarke coordinates (R, S, 2) of starts, and the physics' coordinates at rest."""
+    check_start(task, bending, physics.robot)
     clarke: FloatArray = kinematics.bending_to_clarke(bending, radii)
     return clarke, physics.rest(clarke)

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from clarke_gym.envs.told import check_sensors
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch
 from clarke_gym.physics.base import RobotState
@@ -123,7 +124,7 @@ class Observer:
         batch: Batch,
         sensed: Sensed | None = None,
     ) -> None:
-        self._sensed = sensed
+        self._sensed, self._looked_at = sensed, False
         self.representation = representation
         self._batch = batch
         self._joint = [sensor for sensor in sensors if isinstance(sensor, JointSensor)]
@@ -163,6 +164,11 @@ class Observer:
 
     def write(self, state: RobotState, goal: FloatArray) -> NDArray[np.float32]:
         """Return observations as a new array, shape (B, width)."""
+        if not self._looked_at:
+            joint = [(sensor, sensor.read(state)) for sensor in self._joint]
+            task = [(sensor, sensor.read(state, goal)) for sensor in self._task]
+            check_sensors([*joint, *task], self._batch.size, self.representation.n_joints)
+            self._looked_at = True
         # Columns are long where rows are short, and NumPy writes long runs faster.
         rows = np.empty((self.width, self._batch.size), np.float32).T
         if self._encoder is not None:

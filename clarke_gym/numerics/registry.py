@@ -67,7 +67,8 @@ class Registry(Generic[T]):
                 f"a {self.kind} needs a name of letters, digits and '_' that begins with a letter, "
                 f"got {name!r}"
             )
-        if self._entries.get(name, entry) is not entry:
+        there = self._entries.get(name, entry)
+        if there is not entry and not (isinstance(entry, str) and there == entry):
             raise ValueError(f"{self.kind} {name!r} is registered already; choose another name")
         if name in self._reserved:
             raise ValueError(f"{self.kind} {name!r} stands for something else; choose another name")

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import importlib
+import re
 from typing import Any
 
 from clarke_gym.numerics.registry import Registry
+
+_METHODS = (
+    *("state", "rest", "reset", "step", "place", "pull", "vary", "backbone"),
+    *("get_state", "set_state"),
+)
+
+_PLACE = re.compile(r"[\w.]+:\w+")
 
 PHYSICS: Registry[Any] = Registry("physics")
 """Models by name: classes as `clarke_gym.physics.base.Physics` says, or "module:Class"."""
@@ -30,6 +38,8 @@ def physics_class(name: str) -> Any:
     ------
     ValueError
         If there is no model of that name.
+    TypeError
+        If what a text names is no model.
 
     Examples
     --------
@@ -40,7 +50,25 @@ def physics_class(name: str) -> Any:
     if isinstance(entry, str):
         module, member = entry.split(":")
         entry = getattr(importlib.import_module(module), member)
+        _check_model(name, entry)
     return entry
+
+
+def _check_model(name: str, model: Any) -> None:
+    """Refuse what cannot be a physics model.
+
+    Raises
+    ------
+    TypeError
+        With what it lacks.
+    """
+    wanted = ("KEYWORDS", "OFFERS", *_METHODS)
+    lacking = [member for member in wanted if not hasattr(model, member)]
+    if not isinstance(model, type) or lacking:
+        raise TypeError(
+            f"physics {name!r} must be a class as clarke_gym.physics.base.Physics says, or "
+            f"'module:Class'; {model!r} lacks {lacking}"
+        )
 
 
 def register_physics(name: str, model: Any) -> None:
@@ -58,9 +86,16 @@ def register_physics(name: str, model: Any) -> None:
     ------
     ValueError
         If the name is taken.
+    TypeError
+        If `model` is neither; a text is looked up where it is first needed.
 
     Examples
     --------
     >>> register_physics("arcs_doctest", physics_class("constant_curvature"))
     """
+    if isinstance(model, str):
+        if not _PLACE.fullmatch(model):
+            raise TypeError(f"physics {name!r} is named by a text 'module:Class', got {model!r}")
+    else:
+        _check_model(name, model)
     PHYSICS.register(name, model)

@@ -7,6 +7,8 @@ them. Derived here from the balance of the rod.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from clarke_gym import kinematics
@@ -18,6 +20,41 @@ from clarke_gym.numerics.linear_map import block_diagonal
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.stiffness import axial_stiffness as axial_stiffness
 from clarke_gym.robots.stiffness import bending_stiffness as bending_stiffness
+
+STANDARD_GRAVITY_M_S2 = 9.80665
+
+MOST_LOADS = 10.0
+"""Heaviest load over E I / l^2, under which a backbone buckles."""
+
+OWN_WEIGHT = 0.315
+"""Share of its own weight that counts as a load at the tip: a column buckles under 2.467 E I / l^2
+there, and under 7.837 spread over its length (Timoshenko and Gere, Theory of Elastic Stability)."""
+
+
+def most_payload_kg(robot: Robot) -> float:
+    """Return the heaviest mass at the tip under which a robot can be simulated.
+
+    Parameters
+    ----------
+    robot : Robot
+
+    Returns
+    -------
+    float
+        [kg]. Below 0 for a robot that its own weight crushes.
+
+    Examples
+    --------
+    >>> round(most_payload_kg(Robot()), 3)
+    0.257
+    """
+    softest = min(bending_stiffness(segment) for segment in robot.segments)
+    most = MOST_LOADS * softest / robot.length_m**2 / STANDARD_GRAVITY_M_S2
+    for segment in robot.segments:
+        area = 0.25 * math.pi * segment.backbone_diameter_m**2
+        most -= segment.n_disks * segment.disk_mass_kg
+        most -= OWN_WEIGHT * segment.density_kg_m3 * area * segment.length_m
+    return most
 
 
 def _tension_maps(robot: Robot) -> tuple[FloatArray, FloatArray]:

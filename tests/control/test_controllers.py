@@ -4,6 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+import clarke_gym
 from agents.learning.config import EnvSettings
 from agents.learning.evaluation import HeldOutEvaluation
 from clarke_gym.control.controllers import (
@@ -19,6 +20,7 @@ from clarke_gym.kinematics import bending_to_clarke
 from clarke_gym.physics.base import hull_radius
 from clarke_gym.representations import representation_names
 from clarke_gym.robots import make_robot
+from clarke_gym.wrappers import ClarkeAction
 
 
 def errors(name, goals=100, **kwargs):
@@ -184,3 +186,128 @@ def test_a_planner_knows_the_difficulty_and_the_bodies_of_now():
     ours.set_difficulty(0.0)  # the episode that runs keeps its bars
     planner.act(observation)
     np.testing.assert_array_equal(imagined.physics.state.bodies[5], bars)
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3])
+@pytest.mark.parametrize("random_start", [False, True])
+def test_resolved_rate_goes_to_the_goal_and_not_to_its_mirror_image(segments, random_start):
+    """Before its steps were slowed down, two straight segments missed three goals of four."""
+    envs = gym.make_vec(
+        "clarke_gym/Reach-v0",
+        num_envs=64,
+        n_tendons=5,
+        n_segments=segments,
+        representation="clarke",
+        random_start=random_start,
+        episode_steps=201,
+    )
+    controller, (observation, _) = make_controller("resolved_rate", envs), envs.reset(seed=3)
+    for _ in range(200):
+        observation, *_, info = envs.step(controller.act(observation))
+    assert info["is_success"].mean() >= (0.95 if random_start and segments > 1 else 1.0)
+
+
+class Circle(clarke_gym.GoalTask):
+    """A position that moves; what shapes achieve is not told."""
+
+    numbers = 1
+
+    def __init__(self, robot):
+        super().__init__(robot)
+        self.goal = clarke_gym.Goal(("x", "y", "z"), "m", scale=robot.length_m)
+        self.metrics = (clarke_gym.Metric("tip_error_m", "tip error", "m", 0.4),)
+
+    def begin(self, numbers):
+        return np.zeros((len(numbers), self.robot.n_segments, 2)), numbers
+
+    def advance(self, parameters, time_s):
+        angle = 2.0 * np.pi * parameters[:, 0] + 0.5 * time_s
+        radius = 0.05 + 0.0 * angle
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle), 3.8 * radius], axis=1)
+
+    def achieved(self, state):
+        return state.tip_position
+
+    def score(self, achieved, desired):
+        error = np.linalg.norm(achieved - desired, axis=1)
+        return clarke_gym.Outcome(-error, error < 0.005, {"tip_error_m": error})
+
+
+class Slope(Circle):
+    """Its goal is no position."""
+
+    def __init__(self, robot):
+        super().__init__(robot)
+        self.goal = clarke_gym.Goal(("a", "b", "c"), "1", scale=1.0)
+
+
+class Rises(clarke_gym.Task):
+    """No goal: the further to +x the better."""
+
+    numbers = 1
+
+    def begin(self, numbers):
+        return np.zeros((len(numbers), self.robot.n_segments, 2)), numbers
+
+    def evaluate(self, state, goal):
+        x = state.tip_position[:, 0]
+        return clarke_gym.Outcome(x / self.robot.length_m, x > 0.1)
+
+
+for _name, _task in (("circle", Circle), ("slope", Slope), ("rises", Rises)):
+    clarke_gym.register_task(f"control_{_name}")(_task)
+
+
+@pytest.mark.parametrize("name", ["clarke_controller", "clarke_pid", "resolved_rate"])
+def test_a_position_needs_no_prediction_of_its_own(name):
+    env = gym.make("clarke_gym/Task-v0", task="control_circle", representation="clarke")
+    controller, (observation, _) = make_controller(name, env), env.reset(seed=0)
+    for _ in range(40):
+        observation, *_, info = env.step(controller.act(observation))
+    assert info["tip_error_m"] < 3e-3
+
+
+def test_what_no_controller_can_plan_is_refused_when_it_is_made():
+    env = gym.make("clarke_gym/Task-v0", task="control_slope", representation="clarke")
+    with pytest.raises(ValueError, match="Slope has no `predicted`"):
+        make_controller("clarke_controller", env)
+
+
+def test_mppi_needs_no_goal_but_an_environment_without_wrapped_actions():
+    env = gym.make("clarke_gym/Task-v0", task="control_rises", representation="clarke")
+    controller = MppiController(env, MppiSettings(samples=32))
+    observation, _ = env.reset(seed=0)
+    for _ in range(20):
+        observation, reward, *_ = env.step(controller.act(observation))
+    assert reward > 0.4
+    with pytest.raises(ValueError, match="instead of a wrapper around its actions"):
+        MppiController(ClarkeAction(gym.make("clarke_gym/Reach-v0")))
+
+
+@pytest.mark.parametrize(
+    ("settings", "wrong"),
+    [
+        (MppiSettings, {"samples": 0}),
+        (MppiSettings, {"horizon": 0}),
+        (MppiSettings, {"hold": 0}),
+        (MppiSettings, {"temperature": 0.0}),
+        (MppiSettings, {"noise": np.nan}),
+        (MppiSettings, {"last": -1.0}),
+        (Gains, {"proportional": np.nan}),
+        (Gains, {"tip_memory_s": -1.0}),
+        (Gains, {"speed_share": 0.0}),
+        (Gains, {"speed_share": 1.5}),
+    ],
+)
+def test_impossible_settings_are_refused(settings, wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        settings(**wrong)
+
+
+@pytest.mark.parametrize("control_dt", [0.5, 0.7])
+def test_long_control_periods_do_not_make_the_loops_swing(control_dt):
+    env = gym.make("clarke_gym/Reach-v0", representation="clarke", control_dt=control_dt)
+    controller, (observation, _) = make_controller("clarke_controller", env), env.reset(seed=1)
+    for _ in range(40):
+        observation, *_, info = env.step(controller.act(observation))
+    assert info["tip_error_m"] < 1e-4

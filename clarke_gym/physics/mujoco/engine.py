@@ -115,9 +115,11 @@ class Engine(ABC):
         if resized:
             geoms = self.chain.scene_geoms
             size, reach = self.model_field("geom_size"), self.model_field("geom_rbound")
+            box = self.model_field("geom_aabb")[:, :, 3:]  # what the engine looks for neighbours by
             for k, geom in enumerate(geoms):
-                size[rows, geom, 0], size[rows, geom, 1] = bodies[:, k, 6], half[:, k]
-                reach[rows, geom] = bodies[:, k, 6] + half[:, k]
+                radius, end = bodies[:, k, 6], bodies[:, k, 6] + half[:, k]
+                size[rows, geom, 0], size[rows, geom, 1] = radius, half[:, k]
+                reach[rows, geom], box[rows, geom] = end, np.stack([radius, radius, end], axis=1)
 
     def pull(self, force: FloatArray) -> None:
         """Let forces (B, 3) [N] in the frame of the base act on the tips from now on."""

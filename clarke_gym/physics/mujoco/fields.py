@@ -52,6 +52,10 @@ class OwnFields:
                 self._own[field] = self.of(field, np.arange(self._size))
             self._own[field][rows] = part
 
+    def varied(self, field: str) -> bool:
+        """Return whether robots have numbers of their own in a field."""
+        return field in self._own
+
     def of(self, field: str, rows: NDArray[np.intp]) -> FloatArray:
         """Return what the robots `rows` have in a field, (R, ...)."""
         if field in self._own:

@@ -13,12 +13,14 @@ from clarke_gym.kinematics import rotate
 from clarke_gym.numerics.checks import check_choice, check_positive, check_vector
 from clarke_gym.physics.base import DISK_RIM_M
 from clarke_gym.physics.mujoco.links import Backbone, Chain
+from clarke_gym.physics.mujoco.possible import check_payload
 from clarke_gym.physics.mujoco.scene import add_scene
 from clarke_gym.physics.mujoco.tendons import folded_axes, tendon_offsets
+from clarke_gym.physics.statics import STANDARD_GRAVITY_M_S2
 from clarke_gym.robots.robot import Robot, Segment
 from clarke_gym.robots.scene import EMPTY, Scene
 
-STANDARD_GRAVITY_M_S2 = (0.0, 0.0, -9.80665)
+DOWN_M_S2 = (0.0, 0.0, -STANDARD_GRAVITY_M_S2)
 ROUTINGS = ("ideal", "chord")
 ACTUATIONS = ("displacement", "tension")
 
@@ -102,7 +104,7 @@ def build_chain(
     folded: bool | None = None,
     routing: str = "ideal",
     actuation: str = "displacement",
-    gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
+    gravity_m_s2: Sequence[float] = DOWN_M_S2,
     base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
     payload_kg: float = 0.0,
     record: int = 0,
@@ -155,8 +157,7 @@ def build_chain(
     check_choice("actuation", actuation, ACTUATIONS)
     folded = profile.folded if folded is None else folded
     folded = folded and routing == "ideal" and actuation == "displacement"
-    if not (math.isfinite(payload_kg) and payload_kg >= 0.0):
-        raise ValueError(f"payload_kg must be finite and >= 0, got {payload_kg!r}")
+    check_payload(payload_kg)
     quaternion = check_vector("base_quaternion", base_quaternion, 4)
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
         raise ValueError(f"base_quaternion must have length 1, got {base_quaternion!r}")

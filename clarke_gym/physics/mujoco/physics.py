@@ -24,8 +24,8 @@ from clarke_gym.physics.mujoco.fields import OwnFields
 from clarke_gym.physics.mujoco.folded import FoldedSteps
 from clarke_gym.physics.mujoco.links import Chain
 from clarke_gym.physics.mujoco.model import (
+    DOWN_M_S2,
     PROFILES,
-    STANDARD_GRAVITY_M_S2,
     build_chain,
     substeps,
 )
@@ -127,7 +127,7 @@ class MujocoPhysics:
         sim_dt_s: float | None = None,
         routing: str = "ideal",
         actuation: str = "displacement",
-        gravity_m_s2: Sequence[float] = STANDARD_GRAVITY_M_S2,
+        gravity_m_s2: Sequence[float] = DOWN_M_S2,
         base_position_m: Sequence[float] = (0.0, 0.0, 0.0),
         base_quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         payload_kg: float = 0.0,
@@ -267,8 +267,22 @@ class MujocoPhysics:
 
     def rest(self, clarke: FloatArray) -> FloatArray:
         """Return the joint coordinates (R, nq) of unloaded robots at `clarke` (R, S, 2) [rad]."""
-        bending = self._springs.equilibrium(clarke)
-        return map_rows(bending, self.chain.shape.T)
+        joints = map_rows(self._springs.equilibrium(clarke), self.chain.shape.T)
+        if self._own or self._tension_driven:
+            return joints
+        # With all tendons taut; those that would have to push are slack.
+        told = map_rows(clarke.reshape(len(clarke), -1), self.robot.decoder.T)
+        gap = told - map_rows(joints, self._displacements.jacobian(np.array([0]))[0].T)
+        loose = ((self._springs.preload + gap < 0.0) & self._springs.pulls_only).any(1)
+        if np.count_nonzero(loose):
+            alike = np.zeros(np.count_nonzero(loose), np.intp)
+            joints[loose] = self._own_rest(alike, clarke[loose])
+        return joints
+
+    @property
+    def _own(self) -> bool:
+        """Whether robots have numbers of their own on which it depends where they rest."""
+        return self._springs.own or self._fields.varied("jnt_stiffness")
 
     def reset(
         self, rows: NDArray[np.intp], clarke: FloatArray, rest: FloatArray | None = None
@@ -286,19 +300,19 @@ class MujocoPhysics:
         if self.surroundings.scene.bodies:
             self._touch = self.contact_force.copy()
             self._touch[rows] = 0.0
-        if self._springs.own:
+        if self._own and not self._tension_driven:
             rest = self._own_rest(rows, clarke)
         self._engine.place(rows, self.rest(clarke) if rest is None else rest, 0.0)
         self._state = None
 
     def _own_rest(self, rows: NDArray[np.intp], clarke: FloatArray) -> FloatArray:
-        """Return the joint coordinates (R, nq) of robots with tendons of their own [rad]."""
-        springs = self._springs
+        """Return where robots with numbers of their own rest: joint coordinates (R, nq) [rad]."""
         command = map_rows(clarke.reshape(len(rows), -1), self.robot.decoder.T)
+        stiffness, preload = self._springs.of(rows)
         return resting(
-            command + springs.preload[rows],
-            springs.gains(folded=False)[rows],
-            springs.pulls_only,
+            command + preload,
+            stiffness,
+            self._springs.pulls_only,
             self._displacements.jacobian(rows),
             self._fields.of("jnt_stiffness", rows),
         )

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from clarke_gym.physics.mujoco.model import STANDARD_GRAVITY_M_S2
-from clarke_gym.physics.statics import taut_gain
+from clarke_gym.numerics.checks import is_positive
+from clarke_gym.physics.statics import most_payload_kg, taut_gain
 from clarke_gym.robots import Robot
-from clarke_gym.robots.stiffness import bending_stiffness
 
 LEAST_GAIN = 0.1
 """Smallest bend over the one that tendons are told, at which they still bend a robot."""
-
-MOST_LOADS = 10.0
-"""Heaviest load over E I / l^2, under which a backbone buckles."""
 
 
 def check_possible(robot: Robot, payload_kg: float) -> None:
@@ -32,6 +28,7 @@ def check_possible(robot: Robot, payload_kg: float) -> None:
     --------
     >>> check_possible(Robot(), 0.0)
     """
+    check_payload(payload_kg)
     for k, segment in enumerate(robot.segments, 1):
         gain = taut_gain(segment)
         if gain < LEAST_GAIN:
@@ -41,12 +38,33 @@ def check_possible(robot: Robot, payload_kg: float) -> None:
                 f"{segment.backbone_diameter_m:g} m by {100.0 * gain:.3g} % of what they are told; "
                 f"at least {100.0 * LEAST_GAIN:g} % is a robot"
             )
-    softest = min(bending_stiffness(segment) for segment in robot.segments)
-    most = MOST_LOADS * softest / robot.length_m**2 / abs(STANDARD_GRAVITY_M_S2[2])
-    disks_kg = sum(segment.n_disks * segment.disk_mass_kg for segment in robot.segments)
-    if payload_kg + disks_kg > most:
+    most = most_payload_kg(robot)
+    if most < 0.0:
         raise ValueError(
-            f"payload_kg={payload_kg!r} and disks of {disks_kg:.3g} kg are more than this robot "
-            f"can be simulated under: at most {most:.3g} kg, {MOST_LOADS:g} times what E I / l^2 "
-            f"weighs"
+            f"the disks and the backbone are by {-most:.3g} kg more than this robot of "
+            f"{robot.length_m:g} m can be simulated under"
         )
+    if payload_kg > most:
+        raise ValueError(
+            f"payload_kg={payload_kg!r} is more than this robot can be simulated under: at most "
+            f"{most:.3g} kg"
+        )
+
+
+def check_payload(payload_kg: float) -> None:
+    """Refuse what is no mass.
+
+    Parameters
+    ----------
+    payload_kg : float
+
+    Raises
+    ------
+    ValueError
+
+    Examples
+    --------
+    >>> check_payload(0.01)
+    """
+    if payload_kg != 0.0 and not is_positive(payload_kg):
+        raise ValueError(f"payload_kg must be finite and >= 0, got {payload_kg!r}")

@@ -72,6 +72,11 @@ class SingleEngine(Engine):
         owner = self._model.opt if field.startswith("opt.") else self._model
         return getattr(owner, field.removeprefix("opt."))[None]
 
+    def put_bodies(self, rows: NDArray[np.intp], bodies: FloatArray, resized: bool) -> None:
+        """Put placed bodies of the scene somewhere; see `Engine.put_bodies`."""
+        super().put_bodies(rows, bodies, resized)
+        self._begin_step()  # with the contacts that there are now
+
     def angle_norm(self) -> float:
         """Return the length of the vector of joint coordinates; see `Engine.angle_norm`."""
         return math.hypot(*self._angles.tolist())

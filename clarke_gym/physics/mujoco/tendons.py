@@ -185,6 +185,23 @@ class TendonSprings:
             return self._scales * np.repeat(self.stiffness[:, self._first], 2, axis=1)
         return np.where(self.intact, self.stiffness, 0.0)
 
+    def of(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness [N/m], 0 where broken, and stretch [m] of the tendons of some robots.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (R,)
+
+        Returns
+        -------
+        ndarray, shape (R, N), twice
+        """
+        stiffness = np.where(self.intact, self.stiffness, 0.0)
+        if self.own:
+            return stiffness[rows], self.preload[rows]
+        size = (len(rows), 1)
+        return np.tile(stiffness, size), np.tile(self.preload, size)
+
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the map from commanded Clarke coordinates to the unloaded robot's bending."""
         robot = self.robot
