@@ -91,7 +91,7 @@ def check_outcome(
     lacking = [name for name in metrics if name not in outcome.metrics]
     if lacking:
         raise ValueError(
-            f"task {task!r} declares the metrics {lacking}, which its outcome does not have; it has "
+            f"task {task!r} declares the metrics {lacking}, which its outcome lacks; it has "
             f"{list(outcome.metrics)}"
         )
     told = {"reward": outcome.reward, "success": outcome.success}

@@ -25,13 +25,22 @@ def open_page(browser, address):
     """Open the explorer at a link's end; when done, nothing may have been complained about."""
     contexts, complaints = [], []
 
-    def opened(hash="", size=(1280, 800), init="", **options):
+    def opened(hash="", size=(1280, 800), init="", missing="", **options):
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **options)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(20_000)
         page.add_init_script(init)
-        page.on("console", lambda m: m.type in ("error", "warning") and complaints.append(m.text))
+        page.on(
+            "console",
+            lambda message: (
+                message.type not in ("error", "warning")
+                or (missing and message.location["url"].endswith(missing))
+                or complaints.append(message.text)
+            ),
+        )
+        if missing:
+            page.route(f"**/{missing}", not_found)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(
             "request",
@@ -49,6 +58,10 @@ def open_page(browser, address):
         context.close()
     # Software rendering, as on machines without a graphics card, tells of its slow read-backs.
     assert [text for text in complaints if "ReadPixels" not in text] == []
+
+
+def not_found(route):
+    route.fulfill(status=404, content_type="text/html", body="<!doctype html>not here")
 
 
 def centre(page, selector):
@@ -91,6 +104,19 @@ def colour_of_ball(page):
 
 def bends(page):
     return page.evaluate("window.explorer.bends")
+
+
+def moves(page):
+    """Ask for another goal, or bend by hand where the hand moves it; wait until the tip follows."""
+    tip = page.evaluate("window.explorer.physics.tip")
+    if page.evaluate("window.explorer.mode") == "hand":
+        page.locator("#disk .handle").first.press("ArrowRight")
+    else:
+        page.evaluate("window.explorer.anotherGoal()")
+    page.wait_for_function(
+        "(tip) => Math.hypot(...window.explorer.physics.tip.map((t, i) => t - tip[i])) > 0.001",
+        arg=tip,
+    )
 
 
 def test_dragging_the_dot_bends_the_robot(open_page):
@@ -193,6 +219,99 @@ def test_gravity_and_slack(open_page):
     page.wait_for_selector("#verdict.reached")
 
 
+@pytest.mark.parametrize("way", ["mode=policy", "mode=classical", "mode=hand&gravity=1"])
+def test_another_robot_is_chosen_while_this_one_moves(open_page, way):
+    """By the list and by a link, with its policy still to be fetched and without."""
+    page = open_page(f"#robot=default&n=7&{way}&c=0,0&goal=60,-50,170")
+    held = []
+    page.route("**/data/policy_*.json", lambda route: held.append(route))
+    before = "default"
+    for robot, listed, fetched in (
+        ("default2", True, True),
+        ("default", False, False),
+        ("default3", False, True),
+        ("soft_arm", True, False),
+        ("default2", False, False),
+        ("hardware", True, False),
+    ):
+        if listed:
+            page.select_option("#robot", robot)
+        else:
+            page.evaluate("(hash) => { location.hash = hash; }", f"#robot={robot}&n=5&{way}")
+        if fetched:
+            page.wait_for_timeout(300)
+            assert page.evaluate("window.explorer.robot.name") == before
+            moves(page)  # until the other one is there
+            held.pop().continue_()
+        page.wait_for_function(f"window.explorer.robot.name === '{robot}'")
+        moves(page)
+        assert page.input_value("#robot") == robot
+        before = robot
+
+
+def test_what_is_asked_for_meanwhile_is_kept(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=8,4")
+    held = []
+    page.route("**/data/policy_*.json", lambda route: held.append(route))
+    page.evaluate("location.hash = '#robot=default2&n=4&mode=hand&c=1,2,3,4'")
+    page.wait_for_timeout(1600)  # a picture that rests so long is written into the address
+    assert "robot=default2" in page.evaluate("location.hash")
+    page.locator("#n").fill("6")
+    page.wait_for_timeout(100)
+    assert page.evaluate("window.explorer.robot.counts") == [7]
+    held.pop().continue_()
+    page.wait_for_function("window.explorer.robot.name === 'default2'")
+    held.pop().continue_()  # what was asked for first comes last
+    page.wait_for_timeout(300)
+    assert page.evaluate("window.explorer.robot.counts") == [6, 6]
+    assert "c=1,2,3,4" in page.evaluate("window.explorer.hash")
+
+
+def test_without_a_policy_the_rest_goes_on(open_page):
+    page = open_page("#robot=default&n=7&mode=policy&c=0,0", missing="policy_default2.json")
+    assert page.locator("#trouble").is_hidden()
+    page.select_option("#robot", "default2")
+    page.wait_for_selector("#trouble")
+    assert "data/policy_default2.json" in page.inner_text("#trouble")
+    assert page.locator("input[value=policy]").is_disabled()
+    page.wait_for_selector("#verdict:has-text('Classical control: ')")
+    moves(page)
+    page.locator("input[value=hand]").check()
+    moves(page)
+    page.select_option("#robot", "default3")  # whose policy is there
+    page.wait_for_selector("#trouble", state="hidden")
+    page.locator("input[value=policy]").check()
+    moves(page)
+    page = open_page("#robot=default2&n=6&mode=policy", missing="policy_default2.json")
+    assert "data/policy_default2.json" in page.inner_text("#trouble")
+    moves(page)
+
+
+def test_without_the_simulator_the_rest_goes_on(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0", missing="mujoco.wasm.gz")
+    page.locator("#gravity").check()
+    page.wait_for_selector("#trouble")
+    assert "mujoco.wasm.gz" in page.inner_text("#trouble")
+    assert not page.locator("#gravity").is_checked()
+    moves(page)
+
+
+def test_a_page_that_cannot_start_says_why(browser, address):
+    page = browser.new_page()
+    page.goto((FOLDER / "index.html").as_uri())  # browsers load no module from a file
+    told = page.inner_text("#trouble")
+    assert "python train.py explore" in told
+    assert "python -m http.server" in told
+    for path in ("src/main.js", "vendor/three.min.js", "data/robots.json"):
+        page.unroute_all()
+        page.route(f"**/{path}", not_found)
+        page.goto("about:blank")
+        page.goto(address)
+        page.wait_for_selector("#trouble")
+        assert path in page.inner_text("#trouble") or path.endswith(".js")
+    page.close()
+
+
 @pytest.mark.parametrize("draw", ["canvas", "webgl"])
 def test_the_goal_is_dragged_in_three_dimensions(open_page, draw):
     page = open_page(f"?draw={draw}#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
@@ -286,13 +405,77 @@ def test_keys_alone_are_enough(open_page):
     page.wait_for_selector("#verdict.reached")
 
 
+def test_keys_go_on_after_a_click(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
+    goal = page.evaluate("window.explorer.goal")
+    for clicked in ("input[value=hand]", "#beside", "#again", "#random", "#theme"):
+        page.evaluate("window.explorer.takeOver()")
+        page.locator(clicked).click(force=True)
+        page.keyboard.press("g")
+        before, goal = goal, page.evaluate("window.explorer.goal")
+        assert goal != before, clicked
+    page.locator("input[value=classical]").click()
+    page.keyboard.press(" ")
+    assert page.evaluate("window.explorer.mode") == "hand"
+    page.keyboard.press(" ")
+    assert page.evaluate("window.explorer.mode") == "policy"
+    page.focus("#again")  # a space is the button's or the box's own
+    page.keyboard.press(" ")
+    assert not page.locator("#again").is_checked()
+    assert page.evaluate("window.explorer.mode") == "policy"
+
+
+def test_an_emptied_field_keeps_the_goal(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0&goal=60,-50,170")
+    goal, field = page.evaluate("window.explorer.goal"), page.locator("#goal input").first
+    shown = field.input_value()
+    for leave in ("Tab", "Enter"):
+        field.fill("")
+        field.press(leave)
+        assert page.evaluate("window.explorer.goal") == goal
+        page.keyboard.press("Tab")
+        page.wait_for_function(f"document.querySelector('#goal input').value === '{shown}'")
+    field.fill("-60")
+    field.press("Tab")
+    assert page.evaluate("window.explorer.goal[0]") < 0
+
+
+@pytest.mark.parametrize("gravity", ["", "&gravity=1"])
+def test_handles_say_what_they_go_from_and_to(open_page, gravity):
+    page = open_page(f"#robot=default2&n=5&mode=hand{gravity}&c=15,0,-15,4")
+    page.locator("#ring .handle").first.focus()
+    for _ in range(12):
+        page.keyboard.press("Shift+ArrowUp")
+    page.wait_for_function("!window.explorer.dirty || window.explorer.moves")
+    values = page.evaluate(
+        """[...document.querySelectorAll(".handle")].map((handle) =>
+            ["min", "now", "max"].map((n) => Number(handle.getAttribute(`aria-value${n}`))))"""
+    )
+    assert len(values) == 7
+    for least, now, most in values:
+        assert least <= now <= most
+        assert most > 0
+    assert min(now for _, now, _ in values) < 0  # paid out
+
+
 def test_a_link_holds_the_picture(open_page):
     page = open_page("#robot=default3&n=4&mode=hand&c=1,2,3,4,5,6&goal=100,50,250&view=20,30")
     link = page.evaluate("window.explorer.hash")
     again = open_page(link)
     assert again.evaluate("window.explorer.hash") == link
-    broken = open_page("#robot=none&n=99&mode=magic&c=a,b&goal=1&view=x")
-    assert broken.evaluate("window.explorer.key") == "default"
+    for name in ("none", "constructor", "__proto__"):
+        broken = open_page(f"#robot={name}&n=99&mode=magic&c=a,b&goal=1&view=x")
+        assert broken.evaluate("window.explorer.key") == "default"
+
+
+def test_the_view_stays_where_it_was_turned_to(open_page):
+    page = open_page("#robot=default&n=5&view=20,30")
+    turned = page.evaluate(
+        "(window.explorer.pictures.look([70, 10]), window.explorer.pictures.view)"
+    )
+    page.evaluate("window.explorer.build({ n: 8 })")
+    page.wait_for_function("window.explorer.robot.counts[0] === 8")
+    assert page.evaluate("window.explorer.pictures.view") == pytest.approx(turned, abs=1e-6)
 
 
 def test_a_phone_shows_all_without_scrolling_sideways(open_page):

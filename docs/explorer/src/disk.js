@@ -25,7 +25,7 @@ export class Disk {
     this.star = add(svg, "path", { class: "star", d: star(6) });
     this.handles = robot.lengths.map((_, k) => {
       const name = robot.lengths.length > 1 ? ` of segment ${k + 1}` : "";
-      const made = handle(svg, 6, `Clarke coordinates${name}`, {
+      const made = handle(svg, 6, `Clarke coordinates${name}`, [0, 100], {
         drag: ([x, y]) => this.move(k, x / R, y / R),
         key: ([dx, dy]) => {
           const [x, y] = this.place(k);
@@ -54,14 +54,10 @@ export class Disk {
 
   update() {
     const { app } = this, { robot } = app;
-    this.handles.forEach(({ group }, k) => {
+    this.handles.forEach((made, k) => {
       const [x, y] = this.place(k);
       const [u, v] = [x, y].map((s) => (s * robot.radii[k] * robot.maxBending[k] * 1e3).toFixed(1));
-      set(group, {
-        transform: `translate(${R * x} ${-R * y})`,
-        "aria-valuenow": Math.round(Math.hypot(x, y) * 100),
-        "aria-valuetext": `Re ${u}, Im ${v} millimetres`,
-      });
+      made.place(R * x, -R * y, 100 * Math.hypot(x, y), `Re ${u}, Im ${v} millimetres`);
     });
     const single = robot.lengths.length === 1;
     this.star.style.display = single ? "" : "none";

@@ -18,13 +18,24 @@ const DT = 0.05, TOLERANCE = 0.02, MAGNIFIED = 20;
 const POLICIES = ["default", "default2", "default3"];
 const element = (id) => document.getElementById(id);
 const here = new URL("..", import.meta.url);
-const fetched = (name) => fetch(new URL(`data/${name}.json`, here)).then((answer) => answer.json());
+
+/** A file of data; what goes wrong names it. */
+async function fetched(name) {
+  const file = `data/${name}.json`;
+  try {
+    const answer = await fetch(new URL(file, here));
+    if (!answer.ok) throw new Error(`status ${answer.status}`);
+    return await answer.json();
+  } catch (error) {
+    throw new Error(`${file} could not be loaded: ${error.message}`);
+  }
+}
 
 class App {
   constructor(robots) {
     Object.assign(this, {
       robots, networks: {}, selected: 0, mode: "hand", gravity: false, beside: false, again: false,
-      view: [50, 14], dirty: true, owed: 0, heldSince: null, simulator: null, generation: 0,
+      view: [50, 14], dirty: true, owed: 0, heldSince: null, simulator: null, generation: 0, asked: {}, pending: "",
     });
     this.disk = new Disk(element("disk"), this);
     this.ring = new Ring(element("ring"), this);
@@ -43,6 +54,11 @@ class App {
   /** The shape that the hand asks for; the robot may still be on its way. */
   get wantedBends() {
     return decoupled(this.wanted.clarke, this.robot.radii);
+  }
+
+  /** The policy trained for this robot, where there is one. */
+  get network() {
+    return this.networks[this.key];
   }
 
   get reached() {
@@ -80,43 +96,61 @@ class App {
 
   // --- what changes -------------------------------------------------------------------------
 
-  /** Make the robot anew: another one, other tendons, other physics. The shape is kept. */
-  async build({ keepShape = true } = {}) {
+  /**
+   * Make the robot anew: another one, other tendons, other physics. The shape is kept, unless
+   * `start` has one. All that was goes on, untouched, until all that is asked for is loaded.
+   */
+  async build(asked) {
     const generation = ++this.generation;
-    const preset = this.robots[this.key];
-    const before = keepShape && this.robot?.name === this.key ? this.bends : null;
-    const n = preset.even ? this.n : preset.segments[0].angles.length;
-    const robot = makeRobot(preset, n);
+    this.asked = { ...this.asked, ...asked };
+    const next = { ...this, ...this.asked }, { key, n } = next, preset = this.robots[key], troubles = [];
+    const robot = makeRobot(preset, preset.even ? n : preset.segments[0].angles.length);
+    let { gravity } = next;
     let made = () => new ConstantCurvature(robot, DT);
-    if (this.gravity) {
-      this.say("loading MuJoCo …");
+    if (gravity) {
+      if (!this.simulator) this.waitFor("MuJoCo");
       try {
         this.simulator ??= loadMujoco(new URL("vendor/", here));
         const mujoco = await this.simulator;
         made = () => new Mujoco(mujoco, robot, preset.mjcf, DT);
       } catch (error) {
         this.simulator = null;
-        this.gravity = false;
-        this.say(`MuJoCo could not be loaded: ${error.message}`);
+        gravity = false;
+        troubles.push(`MuJoCo could not be loaded: ${error.message}.`);
       }
     }
-    if (POLICIES.includes(this.key)) this.networks[this.key] ??= await fetched(`policy_${this.key}`);
+    if (POLICIES.includes(key) && !this.networks[key]) {
+      this.waitFor("the policy");
+      try {
+        this.networks[key] = await fetched(`policy_${key}`);
+      } catch (error) {
+        troubles.push(`There is no trained policy here: ${error.message}.`);
+      }
+    }
     if (generation !== this.generation) return; // something newer is on its way
+    const { start, ...changes } = this.asked, physics = made();
+    const before = !start && this.robot?.name === key ? this.bends : null;
     this.physics?.free();
     this.ghost?.physics.free();
-    Object.assign(this, { robot, made, physics: made(), ghost: null });
+    this.view = this.pictures?.view ?? this.view; // where it was turned to by hand, unless a link says
+    Object.assign(this, changes, { gravity, robot, made, physics, ghost: null, asked: {}, pending: "" });
     this.selected = Math.min(this.selected, robot.lengths.length - 1);
-    const clarke = before ? coupled(before, robot.radii) : this.fitting(this.start?.c, 2 * robot.lengths.length);
-    const off = before ? null : this.fittingOff(this.start?.off);
-    this.start = null;
-    this.place({ clarke, off });
+    const clarke = before ? coupled(before, robot.radii) : this.fitting(start?.c, 2 * robot.lengths.length);
+    this.place({ clarke, off: before ? null : this.fittingOff(start?.off) });
     this.aim(this.goal ?? tipPosition(robot.maxBending.flatMap((b) => [0.4 * b, 0.2 * b]), robot.lengths));
-    if (!POLICIES.includes(this.key) && this.mode === "policy") this.mode = "classical";
+    if (!this.network && this.mode === "policy") this.mode = "classical";
     this.disk.build();
     this.ring.build();
     this.pictures?.build();
     this.controls();
+    write(element("trouble"), troubles.join(" "));
     this.touch();
+  }
+
+  /** Say what is being loaded, until it is there. */
+  waitFor(what) {
+    this.pending = `loading ${what} …`;
+    this.say(this.pending);
   }
 
   fitting(numbers, size) {
@@ -244,7 +278,7 @@ class App {
   action(mode, physics, command) {
     const { robot } = this;
     if (mode === "policy") {
-      return { clarke: act(this.networks[this.key],
+      return { clarke: act(this.network,
         observation(robot, command.clarke, physics.displacement, physics.tip, this.goal, physics.most)) };
     }
     if (mode === "classical") {
@@ -284,7 +318,6 @@ class App {
   }
 
   tick(seconds) {
-    if (!this.robot) return;
     if (this.moves) {
       this.owed = Math.min(this.owed + seconds, 2 * DT);
       if (this.owed >= DT) {
@@ -355,34 +388,34 @@ class App {
       if (document.activeElement !== input) input.value = Math.round(this.goal[i] * 1e3);
     });
     element("verdict").classList.toggle("reached", this.reached);
-    const network = this.networks[this.key];
     const who = {
       hand: "You",
-      policy: `Policy trained with ${network?.trained_on.n_tendons} tendons, here with ${robot.counts[0]}`,
+      policy: `Policy trained with ${this.network?.trained_on.n_tendons} tendons, here with ${robot.counts[0]}`,
       classical: "Classical control",
     }[mode];
-    this.say(this.reached ? `${who}: goal reached` : `${who}: ${millimetres(this.error, 0)} mm to the goal`);
+    const distance = this.reached ? "goal reached" : `${millimetres(this.error, 0)} mm to the goal`;
+    this.say(this.pending || `${who}: ${distance}`);
     write(element("ring-of"), robot.lengths.length > 1 ? `of segment ${this.selected + 1}` : "");
   }
 
   /** Bring the controls up to what is. */
   controls() {
-    const preset = this.robots[this.key];
-    element("robot").value = this.key;
+    const preset = this.robots[this.key], { network } = this;
+    element("robot").value = this.asked.key ?? this.key;
     element("n").value = this.robot.counts[0];
     element("n").disabled = !preset.even;
     element("n-out").value = this.robot.counts[0];
     for (const input of document.querySelectorAll("input[name=mode]")) {
       input.checked = input.value === this.mode;
       if (input.value === "policy") {
-        input.disabled = !POLICIES.includes(this.key);
-        input.parentElement.title = input.disabled ? "There is a policy for the default robot only." : "";
+        input.disabled = !network;
+        input.parentElement.title = network || POLICIES.includes(this.key)
+          ? "" : "There is a policy for the default robot only.";
       }
     }
-    for (const name of ["gravity", "beside", "again"]) element(name).checked = this[name];
+    for (const name of ["gravity", "beside", "again"]) element(name).checked = this.asked[name] ?? this[name];
     element("beside").disabled = this.mode !== "policy";
-    const network = this.networks[this.key];
-    element("about").textContent = network && POLICIES.includes(this.key)
+    element("about").textContent = network
       ? `The policy: ${network.env_steps.toLocaleString("en")} steps of training with `
         + `${network.trained_on.n_tendons} tendons; ${network.note}` : "";
     element("scale").textContent = "squares of 5 cm";
@@ -401,18 +434,16 @@ class App {
     });
   }
 
-  async follow(hash) {
-    const given = readHash(hash);
-    this.key = given.robot in this.robots ? given.robot : "default";
-    this.n = given.n ?? 7;
-    this.mode = ["hand", "policy", "classical"].includes(given.mode) ? given.mode : "hand";
-    for (const name of ["gravity", "beside", "again"]) this[name] = given[name] ?? false;
-    this.goal = given.goal?.length === 3 ? given.goal : null;
-    if (given.view?.length === 2) this.view = given.view;
-    this.start = given;
-    this.ghost?.physics.free();
-    this.ghost = null;
-    await this.build({ keepShape: false });
+  follow(hash) {
+    const given = readHash(hash), { n = 7, gravity = false, beside = false, again = false } = given;
+    return this.build({
+      key: Object.hasOwn(this.robots, given.robot) ? given.robot : "default",
+      mode: ["hand", "policy", "classical"].includes(given.mode) ? given.mode : "hand",
+      n, gravity, beside, again,
+      goal: given.goal?.length === 3 ? given.goal : null,
+      start: given,
+      ...(given.view?.length === 2 && { view: given.view }),
+    });
   }
 }
 
@@ -431,24 +462,23 @@ function between(a, b, share) {
   });
 }
 
+/** Fill the two lists to choose from. */
+function fillLists(robots) {
+  element("preset").add(new Option("a picture …", ""));
+  PRESETS.forEach(([name], i) => element("preset").add(new Option(name, i)));
+  Object.entries(robots).forEach(([key, { label }]) => element("robot").add(new Option(label, key)));
+}
+
 function connect(app) {
   const presets = element("preset");
-  presets.add(new Option("a picture …", ""));
-  PRESETS.forEach(([name], i) => presets.add(new Option(name, i)));
   presets.addEventListener("change", () => {
     if (presets.value) location.hash = PRESETS[presets.value][1];
     presets.value = "";
   });
-  Object.entries(app.robots).forEach(([key, { label }]) => element("robot").add(new Option(label, key)));
   element("robot").addEventListener("change", (event) => {
-    app.key = event.target.value;
-    app.goal = null;
-    app.build({ keepShape: false });
+    app.build({ key: event.target.value, goal: null, start: null });
   });
-  element("n").addEventListener("input", (event) => {
-    app.n = Number(event.target.value);
-    app.build();
-  });
+  element("n").addEventListener("input", (event) => app.build({ n: Number(event.target.value) }));
   const mode = (value) => {
     app.takeOver();
     app.mode = value;
@@ -463,10 +493,7 @@ function connect(app) {
   for (const input of document.querySelectorAll("input[name=mode]")) {
     input.addEventListener("change", () => mode(input.value));
   }
-  element("gravity").addEventListener("change", (event) => {
-    app.gravity = event.target.checked;
-    app.build();
-  });
+  element("gravity").addEventListener("change", (event) => app.build({ gravity: event.target.checked }));
   for (const name of ["beside", "again"]) {
     element(name).addEventListener("change", (event) => {
       app[name] = event.target.checked;
@@ -482,9 +509,10 @@ function connect(app) {
   const inputs = [...element("goal").querySelectorAll("input[type=number]")];
   for (const input of inputs) {
     input.addEventListener("change", () => {
-      const asked = inputs.map((i) => Number(i.value) * 1e-3);
+      const asked = inputs.map((i) => i.valueAsNumber * 1e-3);
       if (asked.every(Number.isFinite)) app.setGoal(asked);
     });
+    input.addEventListener("blur", () => app.touch()); // what stands there is the goal again
   }
   element("link").addEventListener("click", async () => {
     history.replaceState(null, "", app.hash);
@@ -497,7 +525,7 @@ function connect(app) {
     app.pictures?.build();
     app.touch();
   });
-  const policy = () => mode(app.mode === "hand" ? (POLICIES.includes(app.key) ? "policy" : "classical") : "hand");
+  const policy = () => mode(app.mode === "hand" ? (app.network ? "policy" : "classical") : "hand");
   const keys = {
     " ": policy,
     g: () => app.anotherGoal(),
@@ -509,12 +537,13 @@ function connect(app) {
   };
   const step = (by) => {
     if (!app.robots[app.key].even) return;
-    app.n = Math.min(32, Math.max(3, app.robot.counts[0] + by));
-    app.build();
+    app.build({ n: Math.min(32, Math.max(3, app.robot.counts[0] + by)) });
   };
   addEventListener("keydown", (event) => {
-    const typing = event.target.closest("input:not([type=range]), select, button");
-    if (typing || event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
+    // Fields and lists take every key; what is pressed by a space, that one alone.
+    const pressed = event.key === " " ? ", button, input[type=checkbox]" : "";
+    const taken = event.target.closest(`input[type=number], select${pressed}`);
+    if (taken || event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
     event.preventDefault();
     keys[event.key]();
   });
@@ -527,9 +556,11 @@ function theme(name) {
 
 async function main() {
   theme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-  const app = new App(await fetched("robots"));
-  connect(app);
+  const robots = await fetched("robots");
+  fillLists(robots);
+  const app = new App(robots);
   await app.follow(location.hash.length > 1 ? location.hash : PRESETS[0][1]);
+  connect(app);
   try {
     app.pictures = new Scene(element("scene"), app, new URLSearchParams(location.search).get("draw"));
     app.pictures.build();
@@ -538,16 +569,16 @@ async function main() {
   }
   let last = performance.now();
   const frame = (now) => {
+    requestAnimationFrame(frame); // a frame that fails is not the last one
     app.tick(Math.min(0.2, (now - last) / 1e3));
     last = now;
-    requestAnimationFrame(frame);
   };
   frame(last);
   performance.mark("first picture");
   // The address holds the picture, written while nothing else happens.
   let seen;
   setInterval(() => {
-    if (!app.robot || app.moves) return;
+    if (app.pending || app.moves) return;
     const { hash } = app, still = hash === seen;
     seen = hash;
     if (still && hash !== location.hash) history.replaceState(null, "", hash);
@@ -555,4 +586,7 @@ async function main() {
   window.explorer = app; // for tests and curious consoles
 }
 
-main();
+main().catch((error) => {
+  write(element("trouble"), `The explorer could not start: ${error.message}`);
+  throw error; // for the console
+});

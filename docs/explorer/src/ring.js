@@ -5,6 +5,7 @@ import { decode } from "./clarke.js";
 import { add, handle, set } from "./svg.js";
 
 const ZERO = 62, SPAN = 46;
+const LEAST = -1.25, MOST = 1.05; // where a hand stops, paying out and pulling in, in units of the limit
 
 export class Ring {
   constructor(svg, app) {
@@ -27,7 +28,7 @@ export class Ring {
     this.gaps = add(svg, "path", { class: "gap" });
     const size = this.angles.length > 16 ? 3.4 : 5;
     this.handles = this.angles.map((psi, i) => {
-      const made = handle(svg, size, `Tendon ${i + 1}`, {
+      const made = handle(svg, size, `Tendon ${i + 1}`, [100 * LEAST, 100 * MOST], {
         drag: ([x, y]) => this.pull(i, (x * Math.cos(psi) + y * Math.sin(psi) - ZERO) / SPAN),
         key: ([dx, dy]) => this.pull(i, this.shown(i) + (dx + dy) / 40),
       });
@@ -49,7 +50,7 @@ export class Ring {
 
   pull(i, share) {
     const { app } = this;
-    const change = (Math.min(1.05, Math.max(-1.25, share)) - this.shown(i)) / app.magnified;
+    const change = (Math.min(MOST, Math.max(LEAST, share)) - this.shown(i)) / app.magnified;
     app.pullByHand(i, change * app.robot.maxClarke[app.selected]);
   }
 
@@ -70,13 +71,9 @@ export class Ring {
       const on = ZERO + (SPAN * this.onto[i]) / most, at = ZERO + SPAN * this.shown(i);
       const [c, s] = [Math.cos(psi), -Math.sin(psi)];
       if (Math.abs(at - on) > 0.05) gaps.push(`M${on * c} ${on * s}L${at * c} ${at * s}`);
-      const { group, dot } = this.handles[i], rho = (this.onto[i] + this.off[i]) * 1e3;
-      dot.setAttribute("fill", colours[i]);
-      set(group, {
-        transform: `translate(${at * c} ${at * s})`,
-        "aria-valuenow": Math.round(rho),
-        "aria-valuetext": `${rho.toFixed(1)} millimetres`,
-      });
+      const made = this.handles[i], rho = (this.onto[i] + this.off[i]) * 1e3;
+      made.dot.setAttribute("fill", colours[i]);
+      made.place(at * c, at * s, 100 * this.shown(i), `${rho.toFixed(1)} millimetres`);
     });
     set(this.gaps, { d: gaps.join("") });
   }

@@ -25,10 +25,11 @@ export function pointIn(svg, event) {
   return [point.x, -point.y];
 }
 
-/** A handle that is dragged with a pointer or moved with the arrow keys. */
-export function handle(svg, radius, label, { drag, key }) {
+/** A handle that is dragged with a pointer or moved with the arrow keys; its value is between two bounds. */
+export function handle(svg, radius, label, [least, most], { drag, key }) {
   const group = add(svg, "g", {
-    class: "handle", tabindex: 0, role: "slider", "aria-label": label, "aria-valuenow": 0,
+    class: "handle", tabindex: 0, role: "slider", "aria-label": label,
+    "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": 0,
   });
   add(group, "circle", { class: "halo", r: Math.max(radius, 9) });
   const dot = add(group, "circle", { r: radius });
@@ -46,5 +47,10 @@ export function handle(svg, radius, label, { drag, key }) {
     event.preventDefault();
     key(step.map((s) => s * (event.shiftKey ? 5 : 1)));
   });
-  return { group, dot };
+  const place = (x, y, value, text) => set(group, {
+    transform: `translate(${x} ${y})`,
+    "aria-valuenow": Math.round(Math.min(most, Math.max(least, value))),
+    "aria-valuetext": text,
+  });
+  return { group, dot, place };
 }
