@@ -247,7 +247,7 @@ def _explore(command: Explore) -> int:
 
 
 def _merged(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with every --set in one, since the parser keeps the last alone.
+    """Return the arguments with every --set and --plugins in one: the parser keeps the last alone.
 
     Raises
     ------
@@ -256,22 +256,27 @@ def _merged(arguments: Sequence[str]) -> list[str]:
 
     Examples
     --------
-    >>> _merged(["train", "--set", "seed", "3", "--out", "x", "--set", "name", "a"])
+    >>> _merged(["train", "--set", "seed", "3", "--out", "x", "--set=name", "a"])
     ['train', '--out', 'x', '--set', 'seed', '3', 'name', 'a']
     """
     rest: list[str] = []
-    settings: list[str] = []
+    lists: dict[str, list[str]] = {"--set": [], "--plugins": []}
     target = rest
     for argument in arguments:
+        option, given, value = argument.partition("=")
+        if option in lists:
+            target = lists[option]
+            target += [value] if given else []
+            continue
         if argument.startswith("--"):
-            target = settings if argument == "--set" else rest
-            if target is settings:
-                continue
+            target = rest
         target.append(argument)
-    keys = settings[::2]
+    keys = lists["--set"][::2]
     if twice := sorted({key for key in keys if keys.count(key) > 1}):
         raise ValueError(f"--set gives {', '.join(twice)} twice")
-    return [*rest, "--set", *settings] if settings else rest
+    for option, values in lists.items():
+        rest += [option, *values] if values else []
+    return rest
 
 
 def _run(arguments: Sequence[str]) -> int:

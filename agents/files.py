@@ -317,6 +317,16 @@ def finish(folder: Path, results: Iterable[str], extra: dict[str, Any]) -> None:
     write_text(folder / DONE, sha256(text.encode()) + "\n")
 
 
+def has_failed(folder: Path) -> bool:
+    """Return whether a run folder says that its policy is no longer finite."""
+    return (folder / FAILED).exists() and not (folder / DONE).exists()
+
+
+def is_over(folder: Path) -> bool:
+    """Return whether a run is not to be carried out any more: finished, or failed for good."""
+    return (folder / DONE).exists() or has_failed(folder)
+
+
 def damage(folder: Path) -> str | None:
     """Return what of a finished run is not as it was written, or None.
 

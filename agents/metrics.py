@@ -7,7 +7,7 @@ declaration in ``metrics.json``, so that its readers need neither the task nor t
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,11 @@ class Metric:
         if self.shown_unit == self.unit:
             return self.name
         return f"{self.name.removesuffix(f'_{self.unit}')}_{self.shown_unit}"
+
+    @property
+    def least(self) -> float:
+        """Smallest value that there can be: a metric whose worst is not negative never is."""
+        return 0.0 if self.worst >= 0.0 else -float("inf")
 
     def rises(self, shown: ArrayLike) -> bool:
         """Return whether larger values are better, by where the worst lies among shown ones.
@@ -125,6 +130,26 @@ def auc(env_steps: ArrayLike, curves: ArrayLike) -> NDArray[np.float64]:
 def metrics_text(declared: Iterable[Any]) -> str:
     """Return what ``metrics.json`` holds, the leading metric first."""
     return json.dumps([asdict(metric) for metric in declared], indent=2) + "\n"
+
+
+def metrics_by_task_text(declared: Mapping[str, Iterable[Any]]) -> str:
+    """Return what the ``metrics.json`` of a report holds: what each task declares, by its label."""
+    tasks = {task: [asdict(metric) for metric in metrics] for task, metrics in declared.items()}
+    return json.dumps(tasks, indent=2) + "\n"
+
+
+def read_metrics_by_task(path: Path) -> dict[str, tuple[Metric, ...]]:
+    """Return the metrics that the ``metrics.json`` of a report declares; none without the file.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError, AttributeError
+        If the file does not hold metrics.
+    """
+    if not path.exists():
+        return {}
+    tasks = json.loads(path.read_text(encoding="utf-8")).items()
+    return {task: tuple(Metric(**entry) for entry in metrics) for task, metrics in tasks}
 
 
 def read_metrics(path: Path) -> tuple[Metric, ...]:

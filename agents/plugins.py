@@ -59,7 +59,7 @@ def import_plugins(names: Iterable[str]) -> dict[str, str | None]:
     for name in names:
         try:
             file = importlib.import_module(name).__file__
-        except Exception as error:  # it runs the user's code
+        except (Exception, SystemExit) as error:  # it runs the user's code
             raise ConfigError(
                 f"plug-in {name!r} cannot be imported: {type(error).__name__}: {error} "
                 f"(looked in {here}, then on the module path)"

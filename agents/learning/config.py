@@ -52,6 +52,10 @@ class WithPlugins(Model):
         return data
 
 
+_TRAININGS_OWN = ("num_envs", "vectorization_mode", "autoreset_mode")
+"""Keyword arguments of `gym.make_vec` that are no environment's."""
+
+
 class EnvSettings(Model):
     """Which environment, and its keyword arguments."""
 
@@ -79,6 +83,8 @@ class EnvSettings(Model):
             raise ValueError(
                 f"{self.id} is registered without vector_entry_point, which training steps"
             )
+        if taken := [name for name in _TRAININGS_OWN if name in self.kwargs]:
+            raise ValueError(f"kwargs cannot hold {taken}: training sets what they say")
         try:
             keywords: dict[str, Any] = self.kwargs
             env = gym.make_vec(  # as training makes them
@@ -214,11 +220,22 @@ def load_config(model: type[_M], path: Path, overrides: dict[str, str] | None = 
             _resolve(data)
         _override(data, key, values[key])
     _resolve(data)
+    return validated(model, data, str(path))
+
+
+def validated(model: type[_M], data: dict[str, Any], where: str) -> _M:
+    """Return a configuration that was put together; `where` says of what, for the message.
+
+    Raises
+    ------
+    ConfigError
+        With all problems at once.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as error:
         problems = "; ".join(_what(item) for item in error.errors())
-        raise ConfigError(f"{path} is not valid: {problems}") from None
+        raise ConfigError(f"{where} is not valid: {problems}") from None
 
 
 def _resolve(data: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Studies read back from what is committed of them: study.yaml, curves.csv and runs.csv.
+"""Studies read back from what is committed of them: study.yaml, curves.csv, runs.csv, metrics.json.
 
 Success rates are exact; metrics are means over goals, so that figures and tables that need every
 goal have nothing to show.
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.metrics import Metric
+from agents.metrics import FILE, Metric, read_metrics_by_task
 from agents.reporting.cells import from_cell
 from agents.reporting.loading import registered
 from agents.reporting.results import Arm, Array, Evals, ResultsError, Run, Status, Study
@@ -43,9 +43,10 @@ def _metric(column: str) -> Metric:
     return Metric.from_name(f"{column.removesuffix('_mm')}_m" if column.endswith("_mm") else column)
 
 
-def _evals(rows: list[dict[str, str]], goals: int) -> Evals:
+def _evals(rows: list[dict[str, str]], goals: int, declared: tuple[Metric, ...]) -> Evals:
     own = [c for c in rows[0] if c not in _FIXED and rows[0][c]]  # other tasks measure others
-    columns = {_metric(column): column for column in own}
+    columns = {metric: metric.shown_name for metric in declared if metric.shown_name in own}
+    columns |= {_metric(c): c for c in own if c not in columns.values()}
     success = np.array([float(row["success_rate"]) for row in rows])
     counts = np.rint(success * goals).astype(int)
     if np.abs(counts / goals - success).max() > 1e-5:
@@ -81,7 +82,8 @@ def load_committed(folder: Path) -> Study:
     Parameters
     ----------
     folder : Path
-        With study.yaml, curves.csv and runs.csv, as a report writes them.
+        With study.yaml, curves.csv and runs.csv, as a report writes them, and its metrics.json;
+        without that names of columns alone tell what a metric is.
 
     Returns
     -------
@@ -99,6 +101,7 @@ def load_committed(folder: Path) -> Study:
         curves: dict[tuple[tuple[str, str], int], list[dict[str, str]]] = defaultdict(list)
         for row in _rows(folder / CURVES):
             curves[_arm(row), int(row["seed"])].append(row)
+        metrics = read_metrics_by_task(folder / FILE)
         manifests = {
             (_arm(row), int(row["seed"])): {
                 **{key: _number(row[key]) for key in ("wall_s", "cpu_s")},
@@ -113,7 +116,8 @@ def load_committed(folder: Path) -> Study:
             runs = []
             for seed in entry["seeds"]:
                 key = ((entry["task"], entry["representation"]), seed)
-                evals = _evals(curves[key], goals) if key in curves else None
+                known = metrics.get(entry["task"], ())
+                evals = _evals(curves[key], goals, known) if key in curves else None
                 manifest = manifests.get(key, {})
                 failed = manifest.get("status") == "failed"
                 status: Status = "done" if evals else "failed" if failed else "missing"
@@ -136,7 +140,7 @@ def load_committed(folder: Path) -> Study:
             **registered(data),
             per_goal=False,
         )
-    except (KeyError, TypeError, ValueError, StopIteration) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, StopIteration) as error:
         if isinstance(error, ResultsError):
             raise
         raise ResultsError(f"{folder}: {type(error).__name__}: {error}") from error

@@ -27,6 +27,10 @@ def _settings(values: Mapping[str, Any], without: Iterable[str] = ()) -> str:
     return ", ".join(f"{name} {value}" for name, value in shown.items())
 
 
+OF_STABLE_BASELINES3 = ("a2c", "ddpg", "dqn", "ppo", "sac", "td3")
+"""Algorithms of that library; others that studies name are of SB3-Contrib."""
+
+
 def methods(summary: Summary) -> str:
     """Return the paragraph: what was trained, measured and computed, from the study alone.
 
@@ -44,10 +48,11 @@ def methods(summary: Summary) -> str:
     algo, env, evaluation = (dict(base.get(key) or {}) for key in ("algo", "env", "evaluation"))
     text = [f"{study.title}."]
     if algo and env:
-        inside = _settings(env.get("kwargs") or {})
+        inside, name = _settings(env.get("kwargs") or {}), str(algo.get("name", ""))
+        library = "Stable-Baselines3" if name in OF_STABLE_BASELINES3 else "SB3-Contrib"
         text.append(
-            f"Policies were trained with {str(algo.get('name', '')).upper()} "
-            f"({_settings(algo, ['name'])}) of Stable-Baselines3 on {env.get('num_envs')} "
+            f"Policies were trained with {name.upper()} "
+            f"({_settings(algo, ['name'])}) of {library} on {env.get('num_envs')} "
             f"environments {env.get('id')}{f' ({inside})' if inside else ''} for "
             f"{study.total_steps:,} environment steps, changed only in what names an arm."
         )

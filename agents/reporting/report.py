@@ -7,6 +7,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from agents.files import refuse_links, write_bytes, write_text
+from agents.metrics import FILE as METRICS
+from agents.metrics import Metric, metrics_by_task_text
 from agents.reporting import plots
 from agents.reporting.bootstrap import REPS
 from agents.reporting.failure_map import failure_map
@@ -99,6 +101,14 @@ def _tables(summary: Summary) -> list[Rows]:
     return tables
 
 
+def _declared(study: Study) -> dict[str, list[Metric]]:
+    """Return the metrics of each task, the leading one first."""
+    return {
+        task: list({m.name: m for arm in study.of_task(task) for m in arm.metrics}.values())
+        for task in study.tasks
+    }
+
+
 def _markdown(summary: Summary) -> str:
     """Tables with the answer above and the reporting block below."""
     study = summary.study
@@ -130,8 +140,8 @@ def write_report(
     """Write ``report.html``, its figures (PNG, SVG, PDF), the tables, and the data behind them.
 
     ``table.csv``, ``table.md`` and ``table.tex`` hold the results, ``methods.md`` the paragraph of
-    a methods section, ``curves.csv`` every evaluation of every run, ``runs.csv`` the manifests and
-    ``diagnostics.csv`` what happened inside the runs.
+    a methods section, ``curves.csv`` every evaluation of every run, ``metrics.json`` what columns
+    mean, ``runs.csv`` the manifests and ``diagnostics.csv`` what happened inside the runs.
 
     The same runs give the same bytes. Files of an earlier report, which ``report.json`` names, are
     replaced; others never are.
@@ -198,6 +208,7 @@ def write_study(
         "table.csv": csv_text(summary).encode(),
         "curves.csv": curves_csv(summary.study).encode(),
         "runs.csv": runs_csv(summary.study).encode(),
+        METRICS: metrics_by_task_text(_declared(study)).encode(),
         "table.md": _markdown(summary).encode(),
         "table.tex": _latex(summary).encode(),
         "methods.md": (plain(methods(summary)) + "\n").encode(),

@@ -123,12 +123,18 @@ def curve_band(
     return bootstrap_band(statistic, [curves], seed=seed, reps=reps, level=level)
 
 
+SAME = 12
+"""Digits to which scores that differ are told apart: two sums of the same fractions differ in the
+last bits."""
+
+
 def _improvement(x: list[Array], y: list[Array]) -> Array:
     """P(X > Y) averaged over tasks; tasks weigh alike whatever their number of runs."""
     if len(x) != len(y):
         raise ValueError(f"the arms have {len(x)} and {len(y)} tasks")
     wins = [
-        np.sign(a[:, :, None] - b[:, None, :]).mean(axis=(1, 2)) for a, b in zip(x, y, strict=True)
+        np.sign((a[:, :, None] - b[:, None, :]).round(SAME)).mean(axis=(1, 2))
+        for a, b in zip(x, y, strict=True)
     ]
     return np.asarray(0.5 + 0.5 * np.mean(wins, axis=0))
 

@@ -214,7 +214,7 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
         auc=over(runs.auc, (0.0, 1.0)),
         final_success=over(runs.final_success, (0.0, 1.0)),
         gap=optimality_gap([runs.final_success], seed=seed, reps=reps) if some else NO_INTERVAL,
-        metrics={m.name: over(study.curves(arm, m)[:, -1]) for m in arm.metrics},
+        metrics={m.name: over(study.curves(arm, m)[:, -1], (m.least, np.inf)) for m in arm.metrics},
         restricted_steps=steps_interval,
         median_steps=median_steps(steps, reached) if some else float("nan"),
     )

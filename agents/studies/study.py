@@ -106,7 +106,7 @@ def plan(config: StudyConfig, folder: Path) -> str:
         A few lines.
     """
     runs = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
-    todo = [run for run, path in runs if not (path / DONE).exists()]
+    todo = [run for run, path in runs if not files.is_over(path)]
     rates: dict[tuple[str, bool], list[float]] = {}
     sizes: list[int] = []
     for done in sorted(folder.parent.glob(f"*/*/seed_*/{DONE}")):
@@ -143,7 +143,7 @@ def plan(config: StudyConfig, folder: Path) -> str:
 def run_study(
     config: StudyConfig, folder: Path, workers: int | None = None, ray: str | None = None
 ) -> Counter[Outcome]:
-    """Carry out the runs of a study that are not done yet.
+    """Carry out the runs of a study that are neither finished nor failed.
 
     Parameters
     ----------
@@ -178,10 +178,16 @@ def run_study(
         keep_or_grow(folder / STUDY, config)
         write_references(config, folder)
         jobs: list[Job] = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
-        todo = [job for job in jobs if not (job[1] / DONE).exists()]
+        todo = [job for job in jobs if not files.is_over(job[1])]
         ends: Counter[Outcome] = Counter()
         if len(todo) < len(jobs):
             print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are finished and kept")
+        failed = [path for _, path in jobs if files.has_failed(path)]
+        if failed:
+            print(
+                f"{len(failed)} of them failed: {failed[0] / files.FAILED} says why; where that "
+                "file is deleted a run is tried again"
+            )
         if not todo:
             return ends
         total = sum(run.total_steps for run, _ in todo)

@@ -18,7 +18,7 @@ import numpy as np
 
 from agents import files
 from agents.files import DONE, EVALS, TRIALS, ConfigError
-from agents.learning.config import TrainConfig
+from agents.learning.config import TrainConfig, validated
 from agents.metrics import auc
 from agents.studies.config import Search, StudyConfig
 from agents.studies.executors import Job, Outcome, run_pool
@@ -94,14 +94,15 @@ def _jobs(
                 data["algo"].update(changes)
                 data |= {"name": f"{name}_{i:02d}", "seed": seed}
                 path = files.run_folder(folder, f"{name}/config_{i:02d}", seed)
-                jobs.setdefault((name, i), []).append((TrainConfig.model_validate(data), path))
+                where = f"search: configuration {i} of {name}"
+                jobs.setdefault((name, i), []).append((validated(TrainConfig, data, where), path))
     return jobs
 
 
 def _run(jobs: list[Job], workers: int) -> Counter[Outcome]:
     """Carry out what is not done."""
     ends: Counter[Outcome] = Counter()
-    todo = [job for job in jobs if not (job[1] / DONE).exists()]
+    todo = [job for job in jobs if not files.is_over(job[1])]
     if not todo:
         return ends
     with progress_bar(sum(run.total_steps for run, _ in todo)) as bar:

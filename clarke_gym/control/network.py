@@ -55,13 +55,29 @@ class NetworkPolicy:
 
         Parameters
         ----------
-        observation : array_like, shape (..., observation size)
+        observation : array_like, shape (..., observation size), or dict of such
+            The parts of a dictionary (``goal_env=True``) go one after the other by their names, as
+            in training: achieved goal, desired goal, observation.
 
         Returns
         -------
         ndarray of float32, shape (..., action size)
+
+        Raises
+        ------
+        ValueError
+            If it has another size: that of another representation, task or number of tendons.
         """
+        if isinstance(observation, dict):
+            observation = np.concatenate([observation[name] for name in sorted(observation)], -1)
         values: FloatArray = np.asarray(observation, np.float64)
+        size = self.layers[0][0].shape[1]
+        if values.shape[-1:] != (size,):
+            kwargs = self.about.get("env", {}).get("kwargs", {})
+            raise ValueError(
+                f"this policy takes observations of {size} numbers, got the shape {values.shape}; "
+                f"it was trained with {kwargs}"
+            )
         *hidden, (weight, bias) = self.layers
         for inner, offset in hidden:
             values = np.tanh(values @ inner.T + offset)
@@ -103,6 +119,8 @@ def load_policy(folder: str | Path) -> NetworkPolicy:
     """
     folder = Path(folder)
     about = json.loads((folder / "policy.json").read_text(encoding="utf-8"))
+    if not isinstance(about, dict):
+        raise ValueError(f"{folder / 'policy.json'} holds no description of a policy")
     path = folder / "policy.safetensors"
     tensors = _read_tensors(path)
     names = sorted(
@@ -112,6 +130,8 @@ def load_policy(folder: str | Path) -> NetworkPolicy:
     names.append("action_net.weight")
     if about.get("algorithm") != "ppo" or any(name not in tensors for name in names):
         raise ValueError(f"{path} holds no policy of PPO, which is a network of tanh layers")
+    if lacking := [n for name in names if (n := name.replace(".weight", ".bias")) not in tensors]:
+        raise ValueError(f"{path} lacks {lacking}")
     layers = [(tensors[name], tensors[name.replace(".weight", ".bias")]) for name in names]
     gain = about.get("output_gain", about.get("settings", {}).get("mean_gain", 1.0))
     if isinstance(gain, str):  # "matched", of an older run

@@ -62,9 +62,7 @@ def check_finite_rows(owner: str, told: Any, shape: tuple[int, ...]) -> None:
         raise ValueError(f"{owner} must return finite numbers, got {told.tolist()}")
 
 
-def check_outcome(
-    task: str, outcome: Outcome, rows: int, metrics: Collection[str] = ()
-) -> None:
+def check_outcome(task: str, outcome: Outcome, rows: int, metrics: Collection[str] = ()) -> None:
     """Refuse outcomes that have anything but a number for each robot, or lack a metric.
 
     Parameters

@@ -34,7 +34,8 @@ def export_onnx(policy: NetworkPolicy, path: str | Path) -> None:
         As `clarke_gym.control.load_policy` reads it.
     path : str or Path
         A new file. The model computes in float32; its first axis is a batch of any size, and what
-        ``policy.json`` says is in its metadata under "about".
+        ``policy.json`` says is in its metadata under "about". Of a ``goal_env`` an observation is
+        achieved goal, desired goal and observation, one after the other.
 
     Raises
     ------

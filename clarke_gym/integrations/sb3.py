@@ -73,6 +73,8 @@ class Sb3VecEnv(VecEnv):
 
     SB3 resets an ended environment in the same step and wants its last observation in `info`.
     The environment therefore runs with autoreset disabled and is reset here through its mask.
+    Infos are filled where an episode ends, where SB3 reads them, and are empty elsewhere: a
+    dictionary for every robot and step would cost more than the step.
 
     Parameters
     ----------

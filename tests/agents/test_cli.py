@@ -4,9 +4,11 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from agents.files import ROOT
+from agents.learning.play import gif_times
 
 
 def call(*arguments):
@@ -57,3 +59,12 @@ def test_mistakes_are_told_before_torch_is_loaded(tmp_path):
     )
     assert told.stderr.count("error: ") == 4, told.stderr
     assert told.stdout == "False\n"
+
+
+@pytest.mark.parametrize(("period_s", "count"), [(0.05, 20), (0.025, 20), (0.033, 50), (0.004, 25)])
+def test_animations_last_as_long_as_what_they_show(period_s, count):
+    times = gif_times(count, period_s)
+    assert sum(times.values()) == round(1000.0 * period_s * count)
+    assert min(times.values()) >= 20
+    starts = np.cumsum([0, *times.values()])[:-1]
+    np.testing.assert_allclose(starts, [1000.0 * period_s * place for place in times], atol=10.0)

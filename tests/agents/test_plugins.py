@@ -10,7 +10,7 @@ import yaml
 
 from agents.files import ROOT, ConfigError
 from agents.learning.config import TrainConfig, load_config
-from agents.plugins import allow_plugins
+from agents.plugins import allow_plugins, import_plugins
 from agents.studies.config import StudyConfig
 
 PLUGIN = """
@@ -105,3 +105,11 @@ def test_configurations_without_plugins_say_nothing_of_them(tmp_path):
     (tmp_path / "run.yaml").write_text("plugins: slow_reach")
     with pytest.raises(ConfigError, match="plugins"):
         load_config(TrainConfig, tmp_path / "run.yaml")
+
+
+def test_a_module_that_ends_the_process_is_an_error_too(tmp_path, monkeypatch):
+    (tmp_path / "leaves.py").write_text("import sys\nsys.exit(0)\n")
+    monkeypatch.chdir(tmp_path)
+    allow_plugins(["leaves"])
+    with pytest.raises(ConfigError, match="'leaves' cannot be imported: SystemExit: 0"):
+        import_plugins(["leaves"])

@@ -187,6 +187,8 @@ def test_what_is_good_is_understood(tmp_path):
     path.write_text("name: a")
     config = load_config(TrainConfig, path, {"algo.gamma": "0.9", "algo": "sac"})
     assert (config.algo.name, config.algo.gamma) == ("sac", 0.9)
+    merged = command_line._merged(["train", "--plugins", "p", "--set=b", "2", "--plugins=q"])
+    assert merged == ["train", "--set", "b", "2", "--plugins", "p", "q"]
     merged = command_line._merged(["train", "--set", "a", "-1", "--set", "b", "2"])
     assert merged == ["train", "--set", "a", "-1", "b", "2"]
 

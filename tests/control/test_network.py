@@ -61,3 +61,24 @@ def test_damaged_files_are_named(tmp_path):
     (folder / "policy.json").write_text(json.dumps(about))
     with pytest.raises(ValueError, match="holds no policy of PPO"):
         load_policy(folder)
+
+
+def test_files_without_a_bias_or_a_description_are_named(tmp_path):
+    folder = tmp_path / "policy"
+    shutil.copytree(FOLDER / "reach", folder)
+    whole = (folder / "policy.safetensors").read_bytes()
+    (folder / "policy.safetensors").write_bytes(
+        whole.replace(b"action_net.bias", b"action_net.else")
+    )
+    with pytest.raises(ValueError, match=r"lacks \['action_net.bias'\]"):
+        load_policy(folder)
+    (folder / "policy.json").write_text("[]")
+    with pytest.raises(ValueError, match="no description of a policy"):
+        load_policy(folder)
+
+
+def test_observations_of_another_size_are_refused_with_what_the_policy_was_trained_on():
+    policy = load_policy(FOLDER / "reach")
+    observation = gym.make("clarke_gym/Reach-v0", n_tendons=7).reset(seed=0)[0]
+    with pytest.raises(ValueError, match=r"takes observations of 13 .*'representation': 'clarke'"):
+        policy.act(observation)

@@ -1,5 +1,6 @@
 """The marginal likelihood against integrals, and PPO's own where nothing is marginal."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import torch
@@ -159,6 +160,19 @@ def test_evaluation_and_numpy_know_the_gain_of_a_policy(gain, tmp_path):
     actions, _ = model.predict(seen, deterministic=True)
     np.testing.assert_array_equal(PolicyAgent(model).act(seen), actions)
     np.testing.assert_allclose(policy.act(seen), actions, atol=1e-5)
+
+
+def test_a_policy_of_goals_takes_the_dictionary_that_its_environment_gives(tmp_path):
+    from clarke_gym.control import load_policy as load_numpy
+
+    kwargs = {"n_tendons": 5, "representation": "clarke", "goal_env": True}
+    run = config().model_copy(update={"env": EnvSettings(num_envs=8, kwargs=kwargs)})
+    train(run, tmp_path / "run")
+    env = gym.make("clarke_gym/Reach-v0", **kwargs)
+    observation, _ = env.reset(seed=0)
+    model, policy = load_policy(tmp_path / "run", run), load_numpy(tmp_path / "run" / "policy")
+    action, _ = model.predict(observation, deterministic=True)
+    np.testing.assert_allclose(policy.act(observation), action, atol=1e-5)
 
 
 def test_the_gain_multiplies_the_mean_and_nothing_else():

@@ -163,7 +163,11 @@ def test_runs_of_different_seeds_share_no_training_episode():
 
 def test_ppo_learns_and_the_command_line_evaluates_it(tmp_path):
     settings = config(
-        env={"num_envs": 16, "kwargs": {"n_tendons": 5, "representation": "clarke"}},
+        # A render mode that training accepts does not get in the way of `play`.
+        env={
+            "num_envs": 16,
+            "kwargs": {"n_tendons": 5, "representation": "clarke", "render_mode": "rgb_array"},
+        },
         algo={"name": "ppo"},
         total_steps=15_360,
         evaluation={"every_steps": 5_120, "n_goals": 50},
@@ -182,6 +186,12 @@ def test_ppo_learns_and_the_command_line_evaluates_it(tmp_path):
         evaluate_run(tmp_path, "oracle", 50)
     try:
         assert play(tmp_path, "policy", tmp_path / "a.gif", episodes=1, size=48) == 50
+        with Image.open(tmp_path / "a.gif") as picture:
+            lasts = 0
+            for frame in range(picture.n_frames):
+                picture.seek(frame)
+                lasts += picture.info["duration"]
+        assert lasts == 50 * 50
     except RuntimeError as error:
         pytest.skip(str(error))  # no off-screen OpenGL; the rest has been tested
     with Image.open(tmp_path / "a.gif") as picture:

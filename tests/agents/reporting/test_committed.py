@@ -5,7 +5,7 @@ import pytest
 from agents.files import ROOT
 from agents.reporting.committed import load_committed
 from agents.reporting.loading import load_study
-from agents.reporting.report import write_report
+from agents.reporting.report import table_page, write_report
 from agents.reporting.results import ResultsError
 from agents.reporting.summary import summarise
 
@@ -52,3 +52,20 @@ def test_committed_tables_are_those_of_committed_curves(folder):
     for row in summary.comparisons:
         difference = f"{row.auc_difference.estimate:+.3f}".replace("-", "−").lstrip("+")
         assert difference.replace("−0.000", "0.000") in text
+
+
+@pytest.mark.parametrize("name", ["hold", "suite"])
+def test_tables_of_several_metrics_are_written_again_to_the_byte(name):
+    folder = ROOT / "docs" / "results" / name
+    assert table_page(load_committed(folder)) == (folder / "table.md").read_text()
+
+
+def test_what_a_task_declares_is_known_without_its_runs(make_study):
+    folder = make_study({"t": {"raw": 0.7, "clarke": 1.5}}, 3, base={"evaluation": {"n_goals": 50}})
+    write_report(folder, reps=20, kinds=("png",))
+    (folder / "report" / "study.yaml").write_text((folder / "study.yaml").read_text())
+    ours, theirs = load_study(folder), load_committed(folder / "report")
+    assert theirs.metrics == ours.metrics
+    (folder / "report" / "metrics.json").write_text("[]")
+    with pytest.raises(ResultsError, match="AttributeError"):
+        load_committed(folder / "report")

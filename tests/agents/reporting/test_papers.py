@@ -89,3 +89,11 @@ def test_the_paragraph_names_learner_environment_and_registration(make_study):
     assert "clarke_gym/Reach-v0 (n_tendons 7)" in text
     assert "50 held-out goals" in text
     assert f"(SHA-256 {found[:12]})" in text
+
+
+def test_the_paragraph_names_the_library_that_has_the_algorithm(make_study):
+    base = {"algo": {"name": "tqc"}, "env": {"id": "clarke_gym/Reach-v0", "num_envs": 2}}
+    text = methods(
+        summarise(load_study(make_study({"t": {"raw": 1.0}}, 2, base=base)), seed=0, reps=20)
+    )
+    assert "TQC () of SB3-Contrib" in text

@@ -34,6 +34,7 @@ OTHERS = {
     "table.csv",
     "curves.csv",
     "runs.csv",
+    "metrics.json",
     "table.md",
     "table.tex",
     "methods.md",

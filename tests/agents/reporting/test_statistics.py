@@ -261,3 +261,11 @@ def test_bootstrap_of_infinite_draws_does_not_warn():
 
     _, low, high = bootstrap_band(reciprocal, [[0.0, 1.0]], seed=0)
     assert (low, high) == (1.0, np.inf)
+
+
+def test_scores_that_are_equal_but_for_rounding_are_ties():
+    """0.469 is the mean height of both, in sums of another order."""
+    one, other = np.array([0.469, 0.5]), np.array([0.46900000000000003, 0.5])
+    assert one[0] != other[0]
+    found = s.probability_of_improvement([one], [other], seed=0, reps=10)
+    assert found.estimate == (0.5 + 0.5 + 0.0 + 1.0) / 4.0

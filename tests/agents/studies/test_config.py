@@ -155,3 +155,10 @@ def test_a_factorial_study_has_every_combination_of_levels():
 def test_impossible_factors_are_said(factors, message):
     with pytest.raises(ValueError, match=message):
         StudyConfig.model_validate(FACTORIAL | {"factorial": factors})
+
+
+@pytest.mark.parametrize("name", ["num_envs", "autoreset_mode", "vectorization_mode"])
+def test_what_training_sets_is_no_keyword_of_the_environment(tmp_path, name):
+    (tmp_path / "run.yaml").write_text(f"env: {{kwargs: {{{name}: 3}}}}")
+    with pytest.raises(ConfigError, match=rf"env: .*kwargs cannot hold \['{name}'\]"):
+        load_config(TrainConfig, tmp_path / "run.yaml")

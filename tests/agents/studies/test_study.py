@@ -141,3 +141,18 @@ def test_an_arm_may_run_on_some_tasks_only(tmp_path):
     assert len(found.runs()) == 6
     with pytest.raises(ConfigError, match=r"'clarke' runs only on \['n = 4'\], which is no task"):
         small(tmp_path, representations=reps)
+
+
+def test_a_failed_run_is_a_result_and_is_not_tried_again_until_its_file_is_deleted(
+    tmp_path, capsys
+):
+    folder = tmp_path / "runs" / "small"
+    asked = small(tmp_path, seeds="[9000]")
+    study.run_study(asked, folder, 1)
+    failed = folder / "raw_n3" / "seed_9000"
+    (failed / "DONE").rename(failed / "FAILED")
+    assert "2 finished, 0 to do" in study.plan(asked, folder)
+    assert not study.run_study(asked, folder, 1)
+    assert f"1 of them failed: {failed / 'FAILED'} says why" in capsys.readouterr().out
+    (failed / "FAILED").unlink()
+    assert study.run_study(asked, folder, 1) == {"done": 1}
