@@ -101,6 +101,11 @@ robot away from it. Slack is an offset, which no linear decoder sees: feedback o
 away. A helix is here what it does to the mean bend; that the real backbone leaves the arc is not
 simulated. It is in MuJoCo: of what parallel tendons would do, the summed bend comes out
 sinc(tau/2) there where it is 1/sinc(tau/2) here, both turned by tau/2.
+
+In an environment commands of a layout that is not the description's leave its manifold, and what
+leaves it is held within `max_cocontraction_m` (0.2 mm by default): give it room, 5 mm for these
+flaws, where actions are in `clarke_layout`. Classical controllers read and write in the
+description's layout, so they are for `raw` and the representations of its manifold.
 """
 
 
