@@ -103,13 +103,19 @@ def damped_step(jacobian: FloatArray, error: FloatArray, damping: FloatArray) ->
     transposed = np.swapaxes(jacobian, 1, 2)
     if rows < columns:  # the same step through the smaller system
         gram = jacobian @ transposed + damping[:, None, None] * np.eye(rows)
-        short: FloatArray = (transposed @ np.linalg.solve(gram, error[..., None]))[..., 0]
+        short: FloatArray = (transposed @ _solution(gram, error[..., None]))[..., 0]
         return short
     gram = transposed @ jacobian + damping[:, None, None] * np.eye(columns)
-    step: FloatArray = np.asarray(
-        np.linalg.solve(gram, transposed @ error[..., None])[..., 0], np.float64
-    )
+    step: FloatArray = _solution(gram, transposed @ error[..., None])[..., 0]
     return step
+
+
+def _solution(gram: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the solution of symmetric systems (B, k, k), the shortest where damping got lost."""
+    try:
+        return np.asarray(np.linalg.solve(gram, right), np.float64)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(gram, hermitian=True) @ right, np.float64)
 
 
 def _limited_step(

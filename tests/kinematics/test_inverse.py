@@ -171,3 +171,11 @@ def test_bad_arguments_are_refused():
         bending_from_quaternion(np.zeros(3))
     with pytest.raises(ValueError, match="last axis of 3"):
         inverse_kinematics(np.zeros(2), [0.1])
+
+
+def test_three_straight_segments_are_a_pose_like_any_other():
+    """Their Jacobian has no full rank, and damping fades with the error."""
+    position, upright = np.array([[0.0, 0.0, 0.3]]), np.array([[1.0, 0.0, 0.0, 0.0]])
+    bending, error = inverse_kinematics(position, [0.1, 0.1, 0.1], quaternion=upright)
+    assert error[0] < 1e-12
+    assert np.abs(bending).max() < 1e-4
