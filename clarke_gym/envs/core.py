@@ -204,15 +204,19 @@ class EnvCore:
         sent = self._command = self.limits.apply(self.actions.read(action), self._command)
         if self._steering:
             told = sent.joint(self.robot)
+            shape = told.shape
             for disturbance in self._steering:
                 told = disturbance.step(told)
-                owner = f"disturbance {disturbance.name!r}: `step`"
-                check_finite_rows(owner, told, (self.batch.size, self.robot.n_joints))
+                check_finite_rows("command of disturbance", disturbance.name, told, shape)
             sent = self._splitter.rows(told)
         if self._task_pulls or self._pulling:
             self._pulled = self._force()
-            owner = f"`force` of task {self.config.task!r} or a disturbance"
-            check_finite_rows(owner, self._pulled, (self.batch.size, 3))
+            check_finite_rows(
+                "force of a disturbance, or task",
+                self.task.name,
+                self._pulled,
+                (self.batch.size, 3),
+            )
             self.physics.pull(self._pulled)
         self.physics.step(sent)
         self.episode.advance()
@@ -241,7 +245,7 @@ class EnvCore:
         for disturbance in self._sensing:
             shape = values.shape
             values = disturbance.sense(name, scale, values.copy())  # theirs to write to
-            check_rows(f"disturbance {disturbance.name!r}: `sense`", values, shape)
+            check_rows("reading of disturbance", disturbance.name, values, shape)
         return values
 
     def outcome(self) -> Outcome:

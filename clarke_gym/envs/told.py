@@ -16,13 +16,13 @@ BEND_MARGIN = 1.0 + 1e-6
 """How far beyond the limit a start's bend may be, over it: by rounding."""
 
 
-def check_rows(owner: str, told: Any, shape: tuple[int, ...]) -> None:
+def check_rows(kind: str, name: str, told: Any, shape: tuple[int, ...]) -> None:
     """Refuse what is no array of a shape.
 
     Parameters
     ----------
-    owner : str
-        Who told it, for the message.
+    kind, name : str
+        Which part told it, and what: words for the message, put together where there is one.
     told : object
     shape : tuple of int
 
@@ -32,20 +32,20 @@ def check_rows(owner: str, told: Any, shape: tuple[int, ...]) -> None:
 
     Examples
     --------
-    >>> check_rows("sensor 'mine'", np.zeros((2, 3)), (2, 3))
+    >>> check_rows("reading of sensor", "mine", np.zeros((2, 3)), (2, 3))
     """
     if getattr(told, "shape", None) != shape:
         found = f"the shape {told.shape}" if isinstance(told, np.ndarray) else repr(told)
-        raise ValueError(f"{owner} must return an array of the shape {shape}, got {found}")
+        raise ValueError(f"{kind} {name!r} must be an array of the shape {shape}, got {found}")
 
 
-def check_finite_rows(owner: str, told: Any, shape: tuple[int, ...]) -> None:
+def check_finite_rows(kind: str, name: str, told: Any, shape: tuple[int, ...]) -> None:
     """Refuse what is no array of a shape, or holds a number that is not finite.
 
     Parameters
     ----------
-    owner : str
-        Who told it, for the message.
+    kind, name : str
+        Which part told it, and what.
     told : object
     shape : tuple of int
 
@@ -55,11 +55,11 @@ def check_finite_rows(owner: str, told: Any, shape: tuple[int, ...]) -> None:
 
     Examples
     --------
-    >>> check_finite_rows("disturbance 'mine'", np.zeros((2, 3)), (2, 3))
+    >>> check_finite_rows("command of disturbance", "mine", np.zeros((2, 3)), (2, 3))
     """
-    check_rows(owner, told, shape)
+    check_rows(kind, name, told, shape)
     if not np.isfinite(told).all():
-        raise ValueError(f"{owner} must return finite numbers, got {told.tolist()}")
+        raise ValueError(f"{kind} {name!r} must hold finite numbers, got {told.tolist()}")
 
 
 def check_outcome(task: str, outcome: Outcome, rows: int, metrics: Collection[str] = ()) -> None:
@@ -98,7 +98,7 @@ def check_outcome(task: str, outcome: Outcome, rows: int, metrics: Collection[st
     if outcome.failure is not None:
         told["failure"] = outcome.failure
     for name, value in told.items():
-        check_rows(f"task {task!r}: {name} of its outcome", value, (rows,))
+        check_rows(f"{name} of the outcome of task", task, value, (rows,))
 
 
 def check_start(task: str, bending: FloatArray, robot: Robot) -> None:
@@ -119,12 +119,12 @@ def check_start(task: str, bending: FloatArray, robot: Robot) -> None:
     --------
     >>> check_start("mine", np.zeros((4, 1, 2)), Robot())
     """
-    owner = f"task {task!r}: the starts of `begin`"
-    check_finite_rows(owner, bending, (len(bending), robot.n_segments, 2))
+    check_finite_rows("starts of task", task, bending, (len(bending), robot.n_segments, 2))
     beyond = np.hypot(bending[..., 0], bending[..., 1]) / robot.max_bending
     if beyond.max() > BEND_MARGIN:
         raise ValueError(
-            f"{owner} bend a segment {beyond.max():.3g} times as far as max_bending_rad lets it"
+            f"starts of task {task!r} bend a segment {beyond.max():.3g} times as far as "
+            "max_bending_rad lets it"
         )
 
 
@@ -149,4 +149,4 @@ def check_sensors(
     """
     for sensor, reading in told:
         size = tendons if isinstance(sensor, JointSensor) else len(sensor.labels)
-        check_rows(f"sensor {sensor.name!r}", reading, (rows, size))
+        check_rows("reading of sensor", sensor.name, reading, (rows, size))

@@ -59,22 +59,25 @@ def nan_force(self, parameters, time_s):
 
 
 WRONG = {
-    "start_nan": ({"begin": starts(np.nan)}, "starts of `begin` must return finite numbers"),
+    "start_nan": (
+        {"begin": starts(np.nan)},
+        "starts of task 'wrong_start_nan' must hold finite numbers",
+    ),
     "start_far": ({"begin": starts(50.0)}, "times as far as max_bending_rad lets it"),
     "start_flat": (
         {"begin": lambda self, numbers: (np.zeros((len(numbers), 2)), numbers)},
-        r"starts of `begin` must return an array of the shape \(\d+, 1, 2\)",
+        r"starts of task .* must be an array of the shape \(\d+, 1, 2\)",
     ),
     "no_outcome": (
         {"evaluate": lambda self, state, goal: None},
         "must return an Outcome, got None",
     ),
-    "reward_float": ({"evaluate": outcome(reward=1.0)}, r"reward of its outcome .* got 1\.0"),
+    "reward_float": ({"evaluate": outcome(reward=1.0)}, r"reward of the outcome .* got 1\.0"),
     "reward_column": (
         {"evaluate": outcome(reward=np.zeros((3, 1)))},
-        r"reward of its outcome must return an array of the shape \(\d,\), got the shape \(3, 1\)",
+        r"reward of the outcome .* must be an array of the shape \(\d,\), got the shape \(3, 1\)",
     ),
-    "success_bool": ({"evaluate": outcome(success=True)}, "success of its outcome"),
+    "success_bool": ({"evaluate": outcome(success=True)}, "success of the outcome"),
     "no_metric": ({"metrics": (METRIC,)}, r"declares the metrics \['held'\]"),
     "other_radius": ({"scene": SCENE, "places": wider}, "bodies of other radii than its scene has"),
 }
@@ -96,7 +99,7 @@ def test_a_force_that_is_no_number_is_refused():
     clarke_gym.register_task("wrong_force")(type("Pulls", (Plain,), {"force": nan_force}))
     env = gym.make("clarke_gym/Task-v0", task="wrong_force", physics="mujoco")
     env.reset(seed=0)
-    with pytest.raises(ValueError, match=r"`force` of task 'wrong_force'.*finite"):
+    with pytest.raises(ValueError, match=r"task 'wrong_force' must hold finite"):
         env.step(np.zeros(3))
 
 
@@ -128,9 +131,9 @@ class WritesIntoWhatItGets(clarke_gym.Disturbance):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("wrong_nan", "disturbance 'wrong_nan': `step` must return finite numbers"),
-        ("wrong_shape", r"'wrong_shape': `step` must return an array of the shape \(1, 3\)"),
-        ("wrong_sense", r"'wrong_sense': `sense` must return an array of the shape"),
+        ("wrong_nan", "command of disturbance 'wrong_nan' must hold finite numbers"),
+        ("wrong_shape", r"'wrong_shape' must be an array of the shape \(1, 3\)"),
+        ("wrong_sense", r"'wrong_sense' must be an array of the shape"),
     ],
 )
 def test_disturbances_that_return_anything_else_are_refused(name, message):
