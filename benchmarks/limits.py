@@ -97,8 +97,8 @@ shapes (noise 20 um). Flaws at full strength, as in [the list](sensors.md).
 A layout that is off is a linear matter: who knows it, or has recorded data, has it back. More
 tendons average misplaced holes out. A broken tendon costs nothing as long as the others may push as
 well as pull, as constant curvature has it; real tendons of which one is missing cannot bend the
-robot away from it. Slack is an offset, which no linear decoder sees: feedback of the tip takes it
-away. A helix is here what it does to the mean bend; that the real backbone leaves the arc is not
+robot away from it. It has no layout either: that column is the least-squares decoder of those that
+are left. Slack is an offset, which no linear decoder sees: feedback of the tip takes it away. A helix is here what it does to the mean bend; that the real backbone leaves the arc is not
 simulated. It is in MuJoCo: of what parallel tendons would do, the summed bend comes out
 sinc(tau/2) there where it is 1/sinc(tau/2) here, both turned by tau/2.
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from agents.reporting.bootstrap import Array
 from agents.reporting.inside import TABLE, Inside, read_inside
-from agents.reporting.small_samples import iqm_difference_t, iqm_t
+from agents.reporting.small_samples import iqm_difference_t, iqm_t, mean_difference_t
 from agents.reporting.statistics import holm, iqm, welch_p
 from agents.reporting.tuning import read_trials
 from agents.reporting.wording import number, with_interval
@@ -246,6 +248,19 @@ def suite_words() -> dict[str, str]:
     return found
 
 
+def longer_words() -> dict[str, str]:
+    """Return by how much raw is ahead of Clarke at the end of the leaderboard's longer runs."""
+    learned = json.loads((DOCS / "leaderboard.json").read_text(encoding="utf-8"))["learned"]
+    words = {}
+    for task in ("Pose", "Shape", "Gate"):
+        raw, clarke = (
+            np.array([np.mean(run["success"][-5:]) for run in learned[task][name].values()])
+            for name in ("raw", "clarke")
+        )
+        words[f"{task}_longer"] = with_interval(mean_difference_t(raw, clarke), sign=True)
+    return words
+
+
 def other_words() -> dict[str, str]:
     """Return what the template's {names} of these studies stand for."""
     best = {arm: at_best_noise(arm) for arm in ("clarke", "raw n = 3", "raw n = 11")}
@@ -274,7 +289,7 @@ def other_words() -> dict[str, str]:
     for arm in ("projected", "repaired", "clarke"):
         found[f"mujoco_{arm}"] = _gap(caps["cap 0.2 mm", arm], caps["cap 0.2 mm", "raw"])
     found |= off_policy_words() | suite_words() | further_words() | slack_words()
-    found |= replication_words()
+    found |= replication_words() | longer_words()
     clarke = runs("two_segments")["2 segments", "clarke"]
     for (_, arm), scores in runs("two_segments").items():
         name = arm.replace(" ", "_")

@@ -98,6 +98,8 @@ def page(env_id: str) -> str:
         f"{'step' if metric.over == 'now' else 'episode so far: ' + metric.over} |"
         for metric in face.task.metrics
     )
+    more = [f"`{k}={v}`" for k, v in keywords.items() if k not in ("task", "robot", "physics")]
+    bent = f" with {', '.join(more)}" if more else ""
     goal = "yes" if face.task.goal is not None else "no"
     among = issubclass(owner, ObstructedTask)
     ends = "a body deeper inside the hull than its radius" if among else "none"
@@ -113,7 +115,7 @@ def page(env_id: str) -> str:
         f"`Box{raw.observation_space.shape}` |\n"
         f'| make | `gym.make("{env_id}")` |\n'
         f"| physics | {', '.join(f'`{one}`' for one in physics)} |\n"
-        f"| robot | `{keywords.get('robot', 'default')}` unless another is asked for |\n"
+        f"| robot | `{keywords.get('robot', 'default')}`{bent} unless another is asked for |\n"
         f"| goal-conditioned (`goal_env=True`) | {goal} |",
         *rest,
         "## Observations",

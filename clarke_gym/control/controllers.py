@@ -250,8 +250,8 @@ class ResolvedRateController:
 
     No plan: the Jacobian of the measured shape turns the gap between goal and tip into rates of the
     Clarke coordinates, all slowed down alike to what the drives can do. It needs no inverse
-    kinematics, but can stop at a bending limit: with several segments one of 50 goals or so is not
-    reached from a random shape.
+    kinematics, but can stay long at a bending limit: with several segments and from random shapes
+    it reaches four goals of five within 50 steps, nearly all within 200.
 
     Parameters
     ----------

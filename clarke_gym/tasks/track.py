@@ -24,8 +24,9 @@ class Track(ShapedTask):
 
     The target is the tip of a shape that moves along a path: a circle, a Lissajous curve, a
     band-limited random path, or straight runs with a random turn every 0.7 s (the randomly turning
-    target of soft-arm benchmarks). Its speed is a share of the tendons', 0.1 + 0.8 x difficulty. An
-    episode begins with the tip on the target.
+    target of soft-arm benchmarks). Its largest speed is a share of the tendons', 0.1 + 0.8 x
+    difficulty; the random path and Lissajous curves are slower most of the time. An episode begins
+    with the tip on the target.
 
     The error is the distance e between tip and target; its scale s is a tenth of the length. The
     dense reward is :math:`\frac12/(1 + e/s) + \frac12\exp(-(e/\epsilon)^2)`. A step is a success
