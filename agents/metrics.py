@@ -7,6 +7,7 @@ declaration in ``metrics.json``, so that its readers need neither the task nor t
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -58,10 +59,17 @@ class Metric:
             return self.name
         return f"{self.name.removesuffix(f'_{self.unit}')}_{self.shown_unit}"
 
-    @property
-    def least(self) -> float:
-        """Smallest value that there can be: a metric whose worst is not negative never is."""
-        return 0.0 if self.worst >= 0.0 else -float("inf")
+    def least(self, scores: ArrayLike) -> float:
+        """Return the smallest value that there can be: 0 where neither worst nor a score is less.
+
+        Examples
+        --------
+        >>> error, gap = Metric("e_m", "error", "m", 0.4), Metric("gap_m", "gap", "m", -1.0)
+        >>> error.least([0.0, 0.2]), error.least([-0.1, 0.2]), gap.least([0.1, 0.2])
+        (0.0, -inf, -inf)
+        """
+        positive = math.isfinite(self.worst) and self.worst >= 0.0
+        return 0.0 if positive and np.min(scores, initial=0.0) >= 0.0 else -math.inf
 
     def rises(self, shown: ArrayLike) -> bool:
         """Return whether larger values are better, by where the worst lies among shown ones.

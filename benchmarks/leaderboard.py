@@ -225,8 +225,9 @@ page from `leaderboard.json`.
 |---|---|---|---|---|---|---|
 {rows}
 
-Hold is where learning pays, as far as one seed tells: `configs/train/hold_clarke.yaml` holds the tip
-within 2 % of the length for {held:.2f} of the time, classical control for {classical:.2f}, which does not know the load.
+Hold is where learning pays, as far as one seed tells: `configs/train/hold_clarke.yaml` holds the
+tip within 2 % of the length for {held:.2f} of the time, classical control for
+{classical:.2f}, which does not know the load.
 
 ## What was tried for the harder ones
 

@@ -98,9 +98,10 @@ A layout that is off is a linear matter: who knows it, or has recorded data, has
 tendons average misplaced holes out. A broken tendon costs nothing as long as the others may push as
 well as pull, as constant curvature has it; real tendons of which one is missing cannot bend the
 robot away from it. It has no layout either: that column is the least-squares decoder of those that
-are left. Slack is an offset, which no linear decoder sees: feedback of the tip takes it away. A helix is here what it does to the mean bend; that the real backbone leaves the arc is not
-simulated. It is in MuJoCo: of what parallel tendons would do, the summed bend comes out
-sinc(tau/2) there where it is 1/sinc(tau/2) here, both turned by tau/2.
+are left. Slack is an offset, which no linear decoder sees: feedback of the tip takes it away. A
+helix is here what it does to the mean bend; that the real backbone leaves the arc is not simulated.
+It is in MuJoCo: of what parallel tendons would do, the summed bend comes out sinc(tau/2) there
+where it is 1/sinc(tau/2) here, both turned by tau/2.
 
 In an environment commands of a layout that is not the description's leave its manifold, and what
 leaves it is held within `max_cocontraction_m` (0.2 mm by default): give it room, 5 mm for these

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.metrics import Metric
 from agents.reporting.bands import Band, bands
 from agents.reporting.bootstrap import NO_INTERVAL, Array, Interval, bootstrap
 from agents.reporting.results import Arm, Study
@@ -202,6 +203,10 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
             return _clipped(iqm_t(scores), *within)
         return iqm_interval([scores], seed=seed, reps=reps)
 
+    def measured(metric: Metric) -> Interval:
+        scores = study.curves(arm, metric)[:, -1]
+        return over(scores, (metric.least(scores), np.inf))
+
     some = len(success) > 0
     steps_interval = NO_INTERVAL
     if some and len(steps) < ENOUGH:
@@ -214,7 +219,7 @@ def summarise_arm(study: Study, arm: Arm, *, seed: int, reps: int) -> ArmSummary
         auc=over(runs.auc, (0.0, 1.0)),
         final_success=over(runs.final_success, (0.0, 1.0)),
         gap=optimality_gap([runs.final_success], seed=seed, reps=reps) if some else NO_INTERVAL,
-        metrics={m.name: over(study.curves(arm, m)[:, -1], (m.least, np.inf)) for m in arm.metrics},
+        metrics={m.name: measured(m) for m in arm.metrics},
         restricted_steps=steps_interval,
         median_steps=median_steps(steps, reached) if some else float("nan"),
     )

@@ -107,6 +107,7 @@ def plan(config: StudyConfig, folder: Path) -> str:
     """
     runs = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
     todo = [run for run, path in runs if not files.is_over(path)]
+    failed = sum(files.has_failed(path) for _, path in runs)
     rates: dict[tuple[str, bool], list[float]] = {}
     sizes: list[int] = []
     for done in sorted(folder.parent.glob(f"*/*/seed_*/{DONE}")):
@@ -126,7 +127,8 @@ def plan(config: StudyConfig, folder: Path) -> str:
     ]
     lines = [
         f"{config.name}: {len(config.arms())} arms x {len(config.seeds)} seeds = {len(runs)} runs, "
-        f"{len(runs) - len(todo)} finished, {len(todo)} to do",
+        f"{len(runs) - len(todo) - failed} finished, {f'{failed} failed, ' if failed else ''}"
+        f"{len(todo)} to do",
         f"environment steps: {sum(run.total_steps for run in todo):,}",
     ]
     if todo and known:
@@ -158,9 +160,9 @@ def run_study(
     Returns
     -------
     dict
-        Number of runs that ended ``done``, ``failed`` (their policies are no longer finite; FAILED
-        beside them says so) and ``unfinished`` (a fault of the machine or the folder; the next call
-        continues them).
+        Number of runs that ended ``done``, ``failed`` (their policies are no longer finite, FAILED
+        beside them says so; those of earlier calls, too) and ``unfinished`` (a fault of the machine
+        or the folder; the next call continues them).
 
     Raises
     ------
@@ -179,13 +181,14 @@ def run_study(
         write_references(config, folder)
         jobs: list[Job] = [(run, run_folder(folder, run.name, run.seed)) for run in config.runs()]
         todo = [job for job in jobs if not files.is_over(job[1])]
-        ends: Counter[Outcome] = Counter()
-        if len(todo) < len(jobs):
-            print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are finished and kept")
         failed = [path for _, path in jobs if files.has_failed(path)]
+        ends: Counter[Outcome] = Counter({"failed": len(failed)} if failed else {})
+        if len(todo) < len(jobs):
+            kept = len(jobs) - len(todo) - len(failed)
+            print(f"{kept} of {len(jobs)} runs are finished and kept")
         if failed:
             print(
-                f"{len(failed)} of them failed: {failed[0] / files.FAILED} says why; where that "
+                f"{len(failed)} failed before: {failed[0] / files.FAILED} says why; where that "
                 "file is deleted a run is tried again"
             )
         if not todo:
@@ -198,7 +201,8 @@ def run_study(
             with closing(pool(bar.update, bar.write)) as runs:
                 for end in runs:
                     ends[end.outcome] += 1
-                    bar.set_description(f"{config.name}: {ends.total()}/{len(todo)} runs")
+                    over = ends.total() - len(failed)
+                    bar.set_description(f"{config.name}: {over}/{len(todo)} runs")
                     if end.outcome != "done":
                         bar.write(f"{end.job[1]} {end.outcome}: {end.reason}")
     return ends

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 from clarke_gym.disturbances import parse
 from clarke_gym.numerics.checks import check_choice, check_count, check_positive
 from clarke_gym.numerics.registry import nearest
-from clarke_gym.physics import PHYSICS, physics_class
+from clarke_gym.physics import PHYSICS, loadable, physics_class
 from clarke_gym.robots import Robot, make_robot
 from clarke_gym.sensors import LADDER, ORACLE, SENSORS
 from clarke_gym.tasks import TASKS, Task
@@ -250,10 +249,9 @@ def all_keywords() -> Iterator[tuple[str, str]]:
     for name in TASKS.names():
         for key in keywords_of(TASKS[name]):
             yield key, f"task={name!r}"
-    for name in PHYSICS.names():
-        with suppress(ImportError, AttributeError, TypeError):  # some user's, not asked for here
-            for key in physics_class(name).KEYWORDS:
-                yield key, f"physics={name!r}"
+    for name, model in loadable():
+        for key in model.KEYWORDS:
+            yield key, f"physics={name!r}"
 
 
 def _refuse_shared(task: str, physics: str, known: list[tuple[str, ...]]) -> None:

@@ -21,7 +21,7 @@ from clarke_gym.envs.tally import Tally
 from clarke_gym.envs.told import check_finite_rows, check_outcome, check_rows, check_start
 from clarke_gym.numerics.arrays import FloatArray
 from clarke_gym.numerics.batch import Batch, each, largest_magnitude
-from clarke_gym.physics import PHYSICS, physics_class
+from clarke_gym.physics import loadable, physics_class
 from clarke_gym.physics.base import Physics
 from clarke_gym.representations import make_representation
 from clarke_gym.representations.codecs import Decoder
@@ -106,7 +106,7 @@ class EnvCore:
         offers = physics_class(self.config.physics).OFFERS
         for noun in needs:
             if noun not in offers:
-                having = [n for n in PHYSICS.names() if noun in physics_class(n).OFFERS]
+                having = [name for name, model in loadable() if noun in model.OFFERS]
                 raise ValueError(
                     f"{owner} needs {noun}, which physics={self.config.physics!r} does not have; "
                     f"{having} do"
@@ -184,6 +184,8 @@ class EnvCore:
             return
         if bodies is None:
             bodies = self.task.places(self.episode.parameters[rows])
+            shape = (len(rows), *self.task.scene.numbers.shape)
+            check_finite_rows("bodies of task", self.config.task, bodies, shape)
         scene = self.task.scene
         if not scene.resized and np.abs(bodies[..., 6] - scene.numbers[:, 6]).max() > 1e-9:
             raise ValueError(
@@ -194,8 +196,14 @@ class EnvCore:
 
     def set_difficulty(self, difficulty: float | str) -> None:
         """Make the episodes that begin from now on easier or harder."""
-        self.task.set_difficulty(difficulty)
-        self.episode.prepare_again()
+        before = self.task.difficulty
+        try:
+            self.task.set_difficulty(difficulty)
+            self.episode.prepare_again()
+        except (ValueError, TypeError):
+            self.task.set_difficulty(before)
+            self.episode.prepare_again()
+            raise
 
     def step(self, action: ArrayLike) -> None:
         """Advance all environments by one control period."""

@@ -73,7 +73,7 @@ class Episode:
 
     def _begin(self, numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return where robots are put (two arrays), and what goals are made of."""
-        bending, parameters = self._task.begin(numbers)
+        bending, parameters = (np.asarray(part, np.float64) for part in self._task.begin(numbers))
         return *self._prepare(bending), parameters
 
     def _follow(self, rows: NDArray[np.intp] | slice) -> None:

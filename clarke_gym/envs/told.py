@@ -58,8 +58,12 @@ def check_finite_rows(kind: str, name: str, told: Any, shape: tuple[int, ...]) -
     >>> check_finite_rows("command of disturbance", "mine", np.zeros((2, 3)), (2, 3))
     """
     check_rows(kind, name, told, shape)
-    if not np.isfinite(told).all():
-        raise ValueError(f"{kind} {name!r} must hold finite numbers, got {told.tolist()}")
+    finite = np.isfinite(told)
+    if not finite.all():
+        row = int(np.argmin(finite.reshape(len(told), -1).all(axis=1)))
+        raise ValueError(
+            f"{kind} {name!r} must hold finite numbers, got {told[row].tolist()} (row {row})"
+        )
 
 
 def check_outcome(task: str, outcome: Outcome, rows: int, metrics: Collection[str] = ()) -> None:
@@ -97,6 +101,7 @@ def check_outcome(task: str, outcome: Outcome, rows: int, metrics: Collection[st
     told |= {f"term {name!r}": value for name, value in outcome.terms.items()}
     if outcome.failure is not None:
         told["failure"] = outcome.failure
+    check_finite_rows("reward of the outcome of task", task, outcome.reward, (rows,))
     for name, value in told.items():
         check_rows(f"{name} of the outcome of task", task, value, (rows,))
 
@@ -149,4 +154,4 @@ def check_sensors(
     """
     for sensor, reading in told:
         size = tendons if isinstance(sensor, JointSensor) else len(sensor.labels)
-        check_rows("reading of sensor", sensor.name, reading, (rows, size))
+        check_finite_rows("reading of sensor", sensor.name, reading, (rows, size))

@@ -115,7 +115,9 @@ def _solution(gram: FloatArray, right: FloatArray) -> FloatArray:
     try:
         return np.asarray(np.linalg.solve(gram, right), np.float64)
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(gram, hermitian=True) @ right, np.float64)
+        lost = (np.linalg.matrix_rank(gram, hermitian=True) < gram.shape[-1])[:, None, None]
+        whole = np.linalg.solve(np.where(lost, np.eye(gram.shape[-1]), gram), right)
+        return np.where(lost, np.linalg.pinv(gram, hermitian=True) @ right, whole)
 
 
 def _limited_step(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import importlib
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from clarke_gym.numerics.registry import Registry
 
 _METHODS = (
-    *("state", "rest", "reset", "step", "place", "pull", "vary", "backbone"),
+    *("rest", "reset", "step", "place", "pull", "vary", "backbone"),
     *("get_state", "set_state"),
 )
 
@@ -62,13 +63,34 @@ def _check_model(name: str, model: Any) -> None:
     TypeError
         With what it lacks.
     """
-    wanted = ("KEYWORDS", "OFFERS", *_METHODS)
-    lacking = [member for member in wanted if not hasattr(model, member)]
-    if not isinstance(model, type) or lacking:
-        raise TypeError(
-            f"physics {name!r} must be a class as clarke_gym.physics.base.Physics says, or "
-            f"'module:Class'; {model!r} lacks {lacking}"
-        )
+    wanted = f"physics {name!r} must be a class as clarke_gym.physics.base.Physics says"
+    if not isinstance(model, type):
+        raise TypeError(f"{wanted}, or 'module:Class'; got {model!r}")
+    # One that hands on what another has may have any method.
+    methods = () if hasattr(model, "__getattr__") else _METHODS
+    lacking = [member for member in ("KEYWORDS", "OFFERS", *methods) if not hasattr(model, member)]
+    if lacking:
+        raise TypeError(f"{wanted}; {model.__name__} lacks {lacking}")
+
+
+def loadable() -> Iterator[tuple[str, Any]]:
+    """Yield the models that can be loaded, by name: somebody's that cannot spoils no message.
+
+    Returns
+    -------
+    iterator of (name, class)
+
+    Examples
+    --------
+    >>> [name for name, _ in loadable()][:2]
+    ['constant_curvature', 'mujoco']
+    """
+    for name in PHYSICS.names():
+        try:
+            model = physics_class(name)
+        except (ImportError, AttributeError, TypeError):
+            continue
+        yield name, model
 
 
 def register_physics(name: str, model: Any) -> None:

@@ -33,11 +33,21 @@ class Decoder:
     representation : Representation
     robot : Robot
     batch : Batch
+
+    Raises
+    ------
+    ValueError
+        If no action of it bends some segment some way.
     """
 
     def __init__(self, representation: Representation, robot: Robot, batch: Batch) -> None:
         self.representation, self._batch = representation, batch
         onto = robot.encoder @ representation.decoder
+        if np.linalg.matrix_rank(onto) < 2 * robot.n_segments:
+            raise ValueError(
+                f"representation {representation.name!r} does not bend all segments in both "
+                "directions: it can be observed, but not acted in"
+            )
         # No tendon has to be looked at where all actions lie on the manifold.
         self._on_manifold = bool(
             np.abs(robot.decoder @ onto - representation.decoder).max() < _TINY

@@ -221,7 +221,7 @@ class Task(ABC):
         self.difficulty = float(value)
         try:
             self.settle()
-        except ValueError:
+        except (ValueError, TypeError):
             if before is not None:
                 self.difficulty = before
                 self.settle()

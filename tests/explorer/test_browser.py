@@ -257,6 +257,8 @@ def test_what_is_asked_for_meanwhile_is_kept(open_page):
     page.wait_for_timeout(1600)  # a picture that rests so long is written into the address
     assert "robot=default2" in page.evaluate("location.hash")
     page.locator("#n").fill("6")
+    page.locator("input[value=classical]").check()
+    page.locator("#again").check()
     page.wait_for_timeout(100)
     assert page.evaluate("window.explorer.robot.counts") == [7]
     held.pop().continue_()
@@ -264,7 +266,7 @@ def test_what_is_asked_for_meanwhile_is_kept(open_page):
     held.pop().continue_()  # what was asked for first comes last
     page.wait_for_timeout(300)
     assert page.evaluate("window.explorer.robot.counts") == [6, 6]
-    assert "c=1,2,3,4" in page.evaluate("window.explorer.hash")
+    assert page.evaluate("[window.explorer.mode, window.explorer.again]") == ["classical", True]
 
 
 def test_without_a_policy_the_rest_goes_on(open_page):
@@ -293,6 +295,18 @@ def test_without_the_simulator_the_rest_goes_on(open_page):
     page.wait_for_selector("#trouble")
     assert "mujoco.wasm.gz" in page.inner_text("#trouble")
     assert not page.locator("#gravity").is_checked()
+    moves(page)
+
+
+def test_a_model_that_the_simulator_refuses_is_told_and_the_rest_goes_on(open_page):
+    page = open_page("#robot=default&n=7&mode=hand&c=0,0")
+    page.evaluate("window.explorer.robots.default.mjcf = { folded: '<broken', whole: '<broken' }")
+    page.locator("#gravity").check()
+    page.wait_for_selector("#trouble")
+    assert "MuJoCo cannot simulate this robot" in page.inner_text("#trouble")
+    assert not page.locator("#gravity").is_checked()
+    page.locator("#n").fill("5")
+    page.wait_for_function("window.explorer.robot.counts[0] === 5")
     moves(page)
 
 

@@ -179,3 +179,8 @@ def test_three_straight_segments_are_a_pose_like_any_other():
     bending, error = inverse_kinematics(position, [0.1, 0.1, 0.1], quaternion=upright)
     assert error[0] < 1e-12
     assert np.abs(bending).max() < 1e-4
+    other = np.array([[0.05, 0.02, 0.27]])
+    alone = inverse_kinematics(other, [0.1, 0.1, 0.1], quaternion=upright)[0]
+    both = np.concatenate([position, other]), np.concatenate([upright, upright])
+    beside = inverse_kinematics(both[0], [0.1, 0.1, 0.1], quaternion=both[1])[0]
+    np.testing.assert_array_equal(beside[1], alone[0])

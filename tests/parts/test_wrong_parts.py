@@ -176,7 +176,11 @@ def test_representations_that_bend_nowhere_or_are_in_another_unit_are_refused():
         encoder, decoder = segment.matrices
         return 0.0 * decoder, encoder
 
+    # What is observed alone need not bend anything; one tendon near the middle is no other unit.
     register_representation("wrong_still", still)
+    gym.make("clarke_gym/Reach-v0", observation_representation="wrong_still")
+    register_representation("near_middle", clarke_layout(np.arange(4) * 1.6, [1e-2] * 3 + [9e-4]))
+    gym.make("clarke_gym/Reach-v0", n_tendons=4, representation="near_middle")
     register_representation("wrong_unit", clarke_layout(np.arange(3) * 2.0, 10.0))
     for name, message in (("still", "does not bend"), ("unit", "in another unit")):
         with pytest.raises(ValueError, match=message):
@@ -221,11 +225,38 @@ def test_what_changes_commands_and_sensors_alone_disturbs_any_physics(fresh):
         gym.make("clarke_gym/Reach-v0", physics=fresh, disturbances="payload")
 
 
+class HandsOn:
+    """A physics that has most of another's."""
+
+    KEYWORDS = ()
+    OFFERS = ()
+
+    def __init__(self, *arguments, **keywords):
+        self._other = ConstantCurvature(*arguments, **keywords)
+
+    def __getattr__(self, name):
+        return getattr(vars(self)["_other"], name)
+
+
+def test_a_physics_may_hand_on_what_another_has():
+    register_physics("test_hands_on", HandsOn)
+    try:
+        begin("clarke_gym/Reach-v0", physics="test_hands_on")
+    finally:
+        del PHYSICS._entries["test_hands_on"]
+
+
 @pytest.mark.parametrize(
-    "model", [5, "nonsense", ConstantCurvature(Robot(), 1, 0.05), type("A", (), {})]
+    ("model", "reason"),
+    [
+        (5, "must be a class .* got 5"),
+        ("nonsense", "a text 'module:Class', got 'nonsense'"),
+        (ConstantCurvature(Robot(), 1, 0.05), "must be a class"),
+        (type("Empty", (), {}), r"Empty lacks \['KEYWORDS', 'OFFERS', 'rest', 'reset', 'step'"),
+    ],
 )
-def test_what_is_no_physics_is_refused(model):
-    with pytest.raises(TypeError, match="physics 'wrong_physics'"):
+def test_what_is_no_physics_is_refused(model, reason):
+    with pytest.raises(TypeError, match=f"physics 'wrong_physics' .*{reason}"):
         register_physics("wrong_physics", model)
     assert "wrong_physics" not in PHYSICS
 
@@ -239,6 +270,8 @@ def test_a_physics_that_cannot_be_loaded_spoils_no_other_message():
             physics_class("wrong_module")
         with pytest.raises(TypeError, match="did you mean 'n_tendons'"):
             gym.make("clarke_gym/Reach-v0", n_tendon=3)
+        with pytest.raises(ValueError, match=r"needs tension.*\['mujoco'\] do"):
+            gym.make("clarke_gym/Reach-v0", sensors="command+tension")
     finally:
         del PHYSICS._entries["wrong_module"]
 
@@ -253,3 +286,22 @@ def test_parts_that_want_the_same_keyword_are_refused():
     message = r"'threads' is of task='wrong_clash' and of physics='mujoco'"
     with pytest.raises(ValueError, match=message):
         gym.make("clarke_gym/Task-v0", task="wrong_clash", physics="mujoco", threads=2)
+
+
+class Narrow(Plain):
+    """Its episodes are impossible from difficulty 0.6 on."""
+
+    def begin(self, numbers):
+        bend = np.full((len(numbers), 1, 2), 0.1 if self.difficulty < 0.6 else 9.0)
+        return bend, numbers
+
+
+def test_a_difficulty_whose_episodes_are_refused_changes_nothing():
+    clarke_gym.register_task("wrong_narrow")(Narrow)
+    env = gym.make("clarke_gym/Task-v0", task="wrong_narrow")
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="times as far as max_bending_rad"):
+        env.unwrapped.set_difficulty(0.7)
+    assert env.unwrapped.difficulty == 0.5
+    for _ in range(40):  # more than are prepared at once
+        env.reset()

@@ -76,17 +76,32 @@ def test_weightless_robots_begin_at_rest_also_where_a_tendon_is_slack(robot, sti
     [("default", {"segment_length_m": 1.5}), ("two_segment", {"segment_length_m": 0.8})],
 )
 def test_robots_whose_own_weight_crushes_them_are_refused(robot, keywords):
-    with pytest.raises(ValueError, match="more than this robot"):
+    with pytest.raises(ValueError, match="more than it is likely to be simulated under"):
         gym.make("clarke_gym/Reach-v0", physics="mujoco", robot=robot, **keywords)
+
+
+def test_long_robots_that_do_not_break_down_are_taken():
+    for keywords in ({"segment_length_m": 1.1}, {"robot": "two_segment", "segment_length_m": 0.7}):
+        envs = gym.make_vec("clarke_gym/Reach-v0", num_envs=4, physics="mujoco", **keywords)
+        envs.reset(seed=0)
+        for _ in range(30):
+            *_, info = envs.step(np.zeros(envs.action_space.shape, np.float32))
+            assert not info["diverged"].any()
 
 
 def test_payloads_that_would_crush_a_robot_are_refused_whoever_brings_them():
     keywords = {"physics": "mujoco", "segment_length_m": 0.5}
     gym.make("clarke_gym/Reach-v0", disturbances="payload=3", **keywords)
     with pytest.raises(
-        ValueError, match=r"'payload' of up to 0\.1 kg is more .* at most 0\.038 kg"
+        ValueError, match=r"'payload' of up to 0\.1 kg is more .* at most 0\.0395 kg"
     ):
         gym.make("clarke_gym/Reach-v0", disturbances="payload=10", **keywords)
     for wrong in (0.1, "a", None, True):
         with pytest.raises(ValueError, match="payload_kg"):
             gym.make("clarke_gym/Reach-v0", payload_kg=wrong, **keywords)
+    together = gym.make(
+        "clarke_gym/Reach-v0", disturbances="payload=3.7", payload_kg=0.036, **keywords
+    )
+    heavy = next(seed for seed in range(99) if np.random.default_rng([seed, 1]).random() > 0.5)
+    with pytest.raises(ValueError, match="is more than this robot can be simulated under"):
+        together.reset(seed=heavy)

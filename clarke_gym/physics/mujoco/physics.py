@@ -369,6 +369,9 @@ class MujocoPhysics:
 
     def vary(self, rows: NDArray[np.intp], numbers: Mapping[str, FloatArray]) -> None:
         """Give the robots `rows` physical numbers of their own; see `Physics.vary`."""
+        if "payload_kg" in numbers:
+            own = self._options["payload_kg"]
+            check_possible(self.robot, own + float(numbers["payload_kg"].max()))
         tendons = {name: numbers[name] for name in _OF_TENDONS if name in numbers}
         if tendons:
             self._vary_tendons(rows, tendons)

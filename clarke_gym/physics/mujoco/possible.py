@@ -41,8 +41,8 @@ def check_possible(robot: Robot, payload_kg: float) -> None:
     most = most_payload_kg(robot)
     if most < 0.0:
         raise ValueError(
-            f"the disks and the backbone are by {-most:.3g} kg more than this robot of "
-            f"{robot.length_m:g} m can be simulated under"
+            f"disks and backbone of this robot of {robot.length_m:g} m are by {-most:.3g} kg more "
+            "than it is likely to be simulated under"
         )
     if payload_kg > most:
         raise ValueError(

@@ -128,7 +128,17 @@ class App {
       }
     }
     if (generation !== this.generation) return; // something newer is on its way
-    const { start, ...changes } = this.asked, physics = made();
+    let physics;
+    try {
+      physics = made();
+    } catch (error) {
+      if (!gravity) throw error;
+      gravity = false;
+      made = () => new ConstantCurvature(robot, DT);
+      physics = made();
+      troubles.push(`MuJoCo cannot simulate this robot: ${error.message}.`);
+    }
+    const { start, ...changes } = this.asked;
     const before = !start && this.robot?.name === key ? this.bends : null;
     this.physics?.free();
     this.ghost?.physics.free();
@@ -145,6 +155,12 @@ class App {
     this.controls();
     write(element("trouble"), troubles.join(" "));
     this.touch();
+  }
+
+  /** Change what needs no robot anew: now, and still when what is being loaded is there. */
+  set(changes) {
+    Object.assign(this, changes);
+    if (Object.keys(this.asked).length) Object.assign(this.asked, changes);
   }
 
   /** Say what is being loaded, until it is there. */
@@ -224,7 +240,7 @@ class App {
   /** A hand on the robot ends what a policy does. */
   takeOver() {
     if (this.mode === "hand") return;
-    this.mode = "hand";
+    this.set({ mode: "hand" });
     this.wanted = { clarke: [...this.command.clarke], off: this.command.off };
     this.controls();
   }
@@ -481,7 +497,7 @@ function connect(app) {
   element("n").addEventListener("input", (event) => app.build({ n: Number(event.target.value) }));
   const mode = (value) => {
     app.takeOver();
-    app.mode = value;
+    app.set({ mode: value });
     app.wanted = { clarke: app.wanted.clarke, off: null };
     app.command = { clarke: app.command.clarke, off: null };
     if (!app.gravity) app.physics.held.off = null;
@@ -496,7 +512,7 @@ function connect(app) {
   element("gravity").addEventListener("change", (event) => app.build({ gravity: event.target.checked }));
   for (const name of ["beside", "again"]) {
     element(name).addEventListener("change", (event) => {
-      app[name] = event.target.checked;
+      app.set({ [name]: event.target.checked });
       if (!app.beside) {
         app.ghost?.physics.free();
         app.ghost = null;
@@ -559,8 +575,10 @@ async function main() {
   const robots = await fetched("robots");
   fillLists(robots);
   const app = new App(robots);
-  await app.follow(location.hash.length > 1 ? location.hash : PRESETS[0][1]);
+  const { hash } = location;
+  await app.follow(hash.length > 1 ? hash : PRESETS[0][1]);
   connect(app);
+  if (location.hash !== hash) app.follow(location.hash); // followed while the page began
   try {
     app.pictures = new Scene(element("scene"), app, new URLSearchParams(location.search).get("draw"));
     app.pictures.build();

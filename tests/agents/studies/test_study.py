@@ -151,8 +151,10 @@ def test_a_failed_run_is_a_result_and_is_not_tried_again_until_its_file_is_delet
     study.run_study(asked, folder, 1)
     failed = folder / "raw_n3" / "seed_9000"
     (failed / "DONE").rename(failed / "FAILED")
-    assert "2 finished, 0 to do" in study.plan(asked, folder)
-    assert not study.run_study(asked, folder, 1)
-    assert f"1 of them failed: {failed / 'FAILED'} says why" in capsys.readouterr().out
+    assert "1 finished, 1 failed, 0 to do" in study.plan(asked, folder)
+    assert study.run_study(asked, folder, 1) == {"failed": 1}  # not a success to who asks again
+    told = capsys.readouterr().out
+    assert "1 of 2 runs are finished and kept" in told
+    assert f"1 failed before: {failed / 'FAILED'} says why" in told
     (failed / "FAILED").unlink()
     assert study.run_study(asked, folder, 1) == {"done": 1}
