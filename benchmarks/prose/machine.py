@@ -23,7 +23,7 @@ def _slash(values: list[float], digits: int = 2) -> str:
 def speed() -> list[str]:
     """Return the sentences of docs/speed.md."""
     ours, engine, clone = (measured(name) for name in ("env_speed", "engine_cost", "fresh_clone"))
-    second = measured("worker_gain")
+    second, again = measured("worker_gain"), measured("physics_speed_again")
     ratios, scalar = ours["ratios"], ours["scalar_step_us"]
     one = [ratios[f"scalar {who} over Reacher-v5"] for who in ("raw n = 3", "raw n = 7", "Clarke")]
     overhead = [r for r in rows(SPEED) if r.get("profile") in ("fast", "accurate")]
@@ -40,7 +40,13 @@ def speed() -> list[str]:
     vector = ours["vector_step_us"]["clarke n=7"] / ours["batch"]
     steps = [value for name, value in scalar.items() if name != "reacher"]
     plain = sum(ours["shares"]["scalar, Clarke n = 7"][stage] for stage in ("task", "sensors"))
+    later = {
+        profile: "«{:.2f}», «{:.2f}» and «{:.2f}»".format(*again[f"scalar_{profile}"])
+        for profile in ("fast", "accurate")
+    }
     return [
+        f"when it was «{number(again['slower'], 1)}» times as slow",
+        f"`fast` profiles were at {later['fast']}, `accurate` at {later['accurate']}.",
         f"raw n = 3 / raw n = 7 / Clarke n = 7 | «{_slash(one)}» |",
         f"vector entry point | «{number(ratios['vector Clarke over CartPole-v1'])}» |",
         f"n = 3, Clarke, batch 4096 | «{number(ratios['cost Clarke n = 32 over 3'])}» |",
