@@ -9,8 +9,12 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from clarke_gym import rendering
-from clarke_gym.representations import representation_names
+from clarke_gym.disturbances.base import DISTURBANCES
+from clarke_gym.physics import PHYSICS
+from clarke_gym.representations import REPRESENTATIONS, representation_names
 from clarke_gym.robots.presets import make_robot
+from clarke_gym.sensors import SENSORS
+from clarke_gym.tasks import TASKS
 
 # How fast a machine is today is nothing that a test may fail for.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -28,6 +32,13 @@ def representations_for():
         return [name for name in representation_names() if n == 4 or name != "antagonistic"]
 
     return names
+
+
+@pytest.fixture
+def registries(monkeypatch):
+    """Forget afterwards what a test registers: other tests list what there is."""
+    for registry in (TASKS, SENSORS, DISTURBANCES, REPRESENTATIONS, PHYSICS):
+        monkeypatch.setattr(registry, "_entries", dict(registry._entries))
 
 
 @pytest.fixture(scope="module")

@@ -254,27 +254,32 @@ class Rises(clarke_gym.Task):
         return clarke_gym.Outcome(x / self.robot.length_m, x > 0.1)
 
 
-for _name, _task in (("circle", Circle), ("slope", Slope), ("rises", Rises)):
-    clarke_gym.register_task(f"control_{_name}")(_task)
+def make_own(task):
+    name = f"control_{task.__name__.lower()}"
+    clarke_gym.register_task(name)(task)
+    return gym.make("clarke_gym/Task-v0", task=name, representation="clarke")
 
 
+@pytest.mark.usefixtures("registries")
 @pytest.mark.parametrize("name", ["clarke_controller", "clarke_pid", "resolved_rate"])
 def test_a_position_needs_no_prediction_of_its_own(name):
-    env = gym.make("clarke_gym/Task-v0", task="control_circle", representation="clarke")
+    env = make_own(Circle)
     controller, (observation, _) = make_controller(name, env), env.reset(seed=0)
     for _ in range(40):
         observation, *_, info = env.step(controller.act(observation))
     assert info["tip_error_m"] < 3e-3
 
 
+@pytest.mark.usefixtures("registries")
 def test_what_no_controller_can_plan_is_refused_when_it_is_made():
-    env = gym.make("clarke_gym/Task-v0", task="control_slope", representation="clarke")
+    env = make_own(Slope)
     with pytest.raises(ValueError, match="Slope has no `predicted`"):
         make_controller("clarke_controller", env)
 
 
+@pytest.mark.usefixtures("registries")
 def test_mppi_needs_no_goal_but_an_environment_without_wrapped_actions():
-    env = gym.make("clarke_gym/Task-v0", task="control_rises", representation="clarke")
+    env = make_own(Rises)
     controller = MppiController(env, MppiSettings(samples=32))
     observation, _ = env.reset(seed=0)
     for _ in range(20):

@@ -13,6 +13,8 @@ from clarke_gym.representations.registry import clarke_layout
 from clarke_gym.robots import Robot
 from clarke_gym.robots.scene import Capsule, Scene
 
+pytestmark = pytest.mark.usefixtures("registries")
+
 BODY = (0.1, 0.0, 0.1, 0.1, 0.0, 0.1)
 
 
@@ -87,8 +89,7 @@ WRONG = {
 @pytest.mark.parametrize("vector", [False, True])
 def test_tasks_that_tell_what_no_task_may_are_refused(name, vector):
     members, message = WRONG[name]
-    if f"wrong_{name}" not in clarke_gym.tasks.TASKS:
-        clarke_gym.register_task(f"wrong_{name}")(type(name, (Plain,), members))
+    clarke_gym.register_task(f"wrong_{name}")(type(name, (Plain,), members))
     keywords = {"task": f"wrong_{name}", "n_tendons": 4}
     with pytest.raises(ValueError, match=message) as error:
         begin("clarke_gym/Task-v0", 3 if vector else None, **keywords)
@@ -103,25 +104,21 @@ def test_a_force_that_is_no_number_is_refused():
         env.step(np.zeros(3))
 
 
-@clarke_gym.register_disturbance("wrong_nan")
 class TellsNan(clarke_gym.Disturbance):
     def step(self, command):
         return command * np.nan
 
 
-@clarke_gym.register_disturbance("wrong_shape")
 class TellsOne(clarke_gym.Disturbance):
     def step(self, command):
         return command[:, :1]
 
 
-@clarke_gym.register_disturbance("wrong_sense")
 class SensesOne(clarke_gym.Disturbance):
     def sense(self, name, scale, values):
         return values[:, :1]
 
 
-@clarke_gym.register_disturbance("wrong_in_place")
 class WritesIntoWhatItGets(clarke_gym.Disturbance):
     def sense(self, name, scale, values):
         values += 0.01
@@ -129,19 +126,21 @@ class WritesIntoWhatItGets(clarke_gym.Disturbance):
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("name", "part", "message"),
     [
-        ("wrong_nan", "command of disturbance 'wrong_nan' must hold finite numbers"),
-        ("wrong_shape", r"'wrong_shape' must be an array of the shape \(1, 3\)"),
-        ("wrong_sense", r"'wrong_sense' must be an array of the shape"),
+        ("wrong_nan", TellsNan, "command of disturbance 'wrong_nan' must hold finite numbers"),
+        ("wrong_shape", TellsOne, r"'wrong_shape' must be an array of the shape \(1, 3\)"),
+        ("wrong_sense", SensesOne, r"'wrong_sense' must be an array of the shape"),
     ],
 )
-def test_disturbances_that_return_anything_else_are_refused(name, message):
+def test_disturbances_that_return_anything_else_are_refused(name, part, message):
+    clarke_gym.register_disturbance(name)(part)
     with pytest.raises(ValueError, match=message):
         begin("clarke_gym/Reach-v0", disturbances=name)
 
 
 def test_a_disturbance_may_write_into_what_it_is_given():
+    clarke_gym.register_disturbance("wrong_in_place")(WritesIntoWhatItGets)
     true, disturbed = (
         gym.make("clarke_gym/Reach-v0", disturbances=name) for name in (None, "wrong_in_place")
     )
@@ -153,7 +152,6 @@ def test_a_disturbance_may_write_into_what_it_is_given():
     np.testing.assert_array_equal(*tips)
 
 
-@clarke_gym.register_sensor("wrong_rows")
 class ForgetsItsAxis(clarke_gym.TaskSensor):
     unit = "m"
     labels = ("x", "y", "z")
@@ -164,6 +162,7 @@ class ForgetsItsAxis(clarke_gym.TaskSensor):
 
 
 def test_a_sensor_of_the_wrong_shape_is_refused():
+    clarke_gym.register_sensor("wrong_rows")(ForgetsItsAxis)
     envs = gym.make_vec("clarke_gym/Reach-v0", num_envs=3, sensors="command+wrong_rows")
     with pytest.raises(
         ValueError, match=r"'wrong_rows' .*the shape \(3, 3\), got the shape \(3,\)"
@@ -199,10 +198,9 @@ class Fresh(ConstantCurvature):
 
 
 @pytest.fixture
-def fresh():
+def fresh(registries):
     register_physics("test_fresh", Fresh)
-    yield "test_fresh"
-    del PHYSICS._entries["test_fresh"]
+    return "test_fresh"
 
 
 @pytest.mark.parametrize("env_id", ["clarke_gym/Reach-v0", "clarke_gym/Track-v0"])
@@ -240,10 +238,7 @@ class HandsOn:
 
 def test_a_physics_may_hand_on_what_another_has():
     register_physics("test_hands_on", HandsOn)
-    try:
-        begin("clarke_gym/Reach-v0", physics="test_hands_on")
-    finally:
-        del PHYSICS._entries["test_hands_on"]
+    begin("clarke_gym/Reach-v0", physics="test_hands_on")
 
 
 @pytest.mark.parametrize(
@@ -262,18 +257,14 @@ def test_what_is_no_physics_is_refused(model, reason):
 
 
 def test_a_physics_that_cannot_be_loaded_spoils_no_other_message():
-    place = "no_such_module:Physics"
-    try:
-        for _ in range(2):  # the same place is no other one
-            register_physics("wrong_module", "".join(place))
-        with pytest.raises(ModuleNotFoundError):
-            physics_class("wrong_module")
-        with pytest.raises(TypeError, match="did you mean 'n_tendons'"):
-            gym.make("clarke_gym/Reach-v0", n_tendon=3)
-        with pytest.raises(ValueError, match=r"needs tension.*\['mujoco'\] do"):
-            gym.make("clarke_gym/Reach-v0", sensors="command+tension")
-    finally:
-        del PHYSICS._entries["wrong_module"]
+    for _ in range(2):  # the same place is no other one
+        register_physics("wrong_module", "".join(["no_such_module", ":Physics"]))
+    with pytest.raises(ModuleNotFoundError):
+        physics_class("wrong_module")
+    with pytest.raises(TypeError, match="did you mean 'n_tendons'"):
+        gym.make("clarke_gym/Reach-v0", n_tendon=3)
+    with pytest.raises(ValueError, match=r"needs tension.*\['mujoco'\] do"):
+        gym.make("clarke_gym/Reach-v0", sensors="command+tension")
 
 
 def test_parts_that_want_the_same_keyword_are_refused():
