@@ -78,7 +78,7 @@ def loadable() -> Iterator[tuple[str, Any]]:
 
     Returns
     -------
-    iterator of (name, class)
+    iterator of (str, type)
 
     Examples
     --------
