@@ -324,7 +324,7 @@ def has_failed(folder: Path) -> bool:
 
 def is_over(folder: Path) -> bool:
     """Return whether a run is not to be carried out any more: finished, or failed for good."""
-    return (folder / DONE).exists() or has_failed(folder)
+    return any((folder / marker).exists() for marker in (DONE, FAILED))
 
 
 def damage(folder: Path) -> str | None:

@@ -116,6 +116,11 @@ def learned(study: Path) -> dict[str, Any]:
     return scores
 
 
+def last_five(seeds: dict[str, Any]) -> list[float]:
+    """Return the mean success of the last five evaluations of each seed."""
+    return [float(np.mean(run["success"][-5:])) for run in seeds.values()]
+
+
 def interval(values: list[float]) -> tuple[float, float]:
     """Return Wilson's 95 % interval of a rate."""
     n, p, z = len(values), float(np.mean(values)), 1.959964
@@ -134,7 +139,7 @@ def page(data: dict[str, Any]) -> str:
             row.append("–" if found is None else _rate(found["success"]))
         for representation in ("raw", "clarke"):
             seeds = data["learned"].get(task, {}).get(representation, {})
-            last = [float(np.mean(run["success"][-5:])) for run in seeds.values()]
+            last = last_five(seeds)
             curve = DOCS / "curves" / f"{task.lower()}_{representation}.csv"
             if not last and curve.exists():
                 row.append(_single(curve))

@@ -24,6 +24,7 @@ from benchmarks.committed_scores import (
     signed,
     steps_over,
 )
+from benchmarks.leaderboard import DATA, last_five
 
 REPLICATED_FROM = 495
 """First seed of MuJoCo's study that was added when its pilot was known."""
@@ -250,13 +251,10 @@ def suite_words() -> dict[str, str]:
 
 def longer_words() -> dict[str, str]:
     """Return by how much raw is ahead of Clarke at the end of the leaderboard's longer runs."""
-    learned = json.loads((DOCS / "leaderboard.json").read_text(encoding="utf-8"))["learned"]
+    learned = json.loads(DATA.read_text(encoding="utf-8"))["learned"]
     words = {}
     for task in ("Pose", "Shape", "Gate"):
-        raw, clarke = (
-            np.array([np.mean(run["success"][-5:]) for run in learned[task][name].values()])
-            for name in ("raw", "clarke")
-        )
+        raw, clarke = (np.array(last_five(learned[task][name])) for name in ("raw", "clarke"))
         words[f"{task}_longer"] = with_interval(mean_difference_t(raw, clarke), sign=True)
     return words
 

@@ -15,7 +15,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import parse_env_id
 
 import clarke_gym  # noqa: F401  (registers the environments)
-from benchmarks.leaderboard import DATA, LABELS, interval
+from benchmarks.leaderboard import DATA, LABELS, interval, last_five
 from clarke_gym.disturbances import DISTURBANCES
 from clarke_gym.registration import ENVIRONMENTS
 from clarke_gym.tasks import TASKS, ObstructedTask
@@ -67,7 +67,7 @@ def _scores(task: str) -> str:
             rate = sum(found["success"]) / len(found["success"])
             rows.append(f"| {label} | {rate:.2f} [{low:.2f}, {high:.2f}] |")
     for representation, seeds in data["learned"].get(task, {}).items():
-        last = [sum(run["success"][-5:]) / len(run["success"][-5:]) for run in seeds.values()]
+        last = last_five(seeds)
         seeds_text = f"{len(last)} seed{'s' * (len(last) > 1)}"
         rows.append(
             f"| PPO, {representation}, {seeds_text} | {sum(last) / len(last):.2f} "

@@ -28,7 +28,7 @@ from clarke_gym.kinematics.inverse_chain import (
     saturate_bending,
 )
 from clarke_gym.kinematics.jacobians import tip_jacobian
-from clarke_gym.numerics.checks import check_positive
+from clarke_gym.numerics.checks import check_not_negative, check_positive
 from clarke_gym.tasks import GoalTask, ObstructedTask, Wrap
 
 FloatArray = NDArray[np.float64]
@@ -76,8 +76,7 @@ class Gains:
 
     def __post_init__(self) -> None:
         for name in ("proportional", "integral", "derivative", "tip_memory_s"):
-            if getattr(self, name) != 0.0:
-                check_positive(name, getattr(self, name))
+            check_not_negative(name, getattr(self, name))
         if check_positive("speed_share", self.speed_share) > 1.0:
             raise ValueError(f"speed_share must be above 0, at most 1, got {self.speed_share!r}")
 

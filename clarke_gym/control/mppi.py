@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from clarke_gym.control.manifold_interface import JointInterface
 from clarke_gym.envs.imagination import Imagination
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.checks import check_count, check_positive
+from clarke_gym.numerics.checks import check_count, check_not_negative, check_positive
 from clarke_gym.wrappers.codec import ActionCodec, codec_of
 
 
@@ -37,8 +37,8 @@ class MppiSettings:
     Raises
     ------
     ValueError
-        If a count is no whole number above 0, another number not finite, or not above 0 (`last`: or
-        0).
+        If a count is no whole number above 0, `noise` or `temperature` is not positive and finite,
+        or `last` is negative or not finite.
     """
 
     samples: int = 256
@@ -53,8 +53,7 @@ class MppiSettings:
             check_count(name, getattr(self, name))
         for name in ("noise", "temperature"):
             check_positive(name, getattr(self, name))
-        if self.last != 0.0:
-            check_positive("last", self.last)
+        check_not_negative("last", self.last)
 
 
 class MppiController:

@@ -197,8 +197,8 @@ class EnvCore:
     def set_difficulty(self, difficulty: float | str) -> None:
         """Make the episodes that begin from now on easier or harder."""
         before = self.task.difficulty
+        self.task.set_difficulty(difficulty)
         try:
-            self.task.set_difficulty(difficulty)
             self.episode.prepare_again()
         except (ValueError, TypeError):
             self.task.set_difficulty(before)

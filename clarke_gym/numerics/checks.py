@@ -81,6 +81,14 @@ def check_positive(name: str, value: float) -> float:
     return float(value)
 
 
+def check_not_negative(name: str, value: float) -> float:
+    """Return `value` as a float if it is a finite number of at least 0."""
+    number = isinstance(value, int | float | np.integer | np.floating)
+    if isinstance(value, bool) or not (number and math.isfinite(value) and value >= 0.0):
+        raise ValueError(f"{name} must be finite and >= 0, got {value!r}")
+    return float(value)
+
+
 def check_choice(name: str, value: str, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of the allowed names."""
     if value not in allowed:

@@ -10,7 +10,12 @@ import numpy as np
 
 from clarke_gym.clarke.transform import joint_angles, layout_matrices
 from clarke_gym.numerics.arrays import FloatArray
-from clarke_gym.numerics.checks import check_count, check_positive, check_tendon_count
+from clarke_gym.numerics.checks import (
+    check_count,
+    check_not_negative,
+    check_positive,
+    check_tendon_count,
+)
 from clarke_gym.numerics.linear_map import block_diagonal
 from clarke_gym.robots.materials import MATERIALS
 
@@ -101,9 +106,7 @@ class Segment:
         ):
             check_positive(name, getattr(self, name))
         for name in ("disk_mass_kg", "pretension_n", "damping_time_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be finite and >= 0, got {value!r}")
+            check_not_negative(name, getattr(self, name))
         if self.joint_type not in JOINT_TYPES:
             raise ValueError(f"joint_type must be one of {JOINT_TYPES}, got {self.joint_type!r}")
         if self.max_bending_rad >= 2.0 * math.pi:
@@ -193,9 +196,7 @@ class Robot:
             raise ValueError(f"segments must hold at least one Segment, got {self.segments!r}")
         check_positive("max_tendon_speed_m_s", self.max_tendon_speed_m_s)
         check_positive("max_cocontraction_m", self.max_cocontraction_m)
-        tau = self.actuator_time_constant_s
-        if not (math.isfinite(tau) and tau >= 0.0):
-            raise ValueError(f"actuator_time_constant_s must be finite and >= 0, got {tau!r}")
+        check_not_negative("actuator_time_constant_s", self.actuator_time_constant_s)
 
     @cached_property
     def n_segments(self) -> int:

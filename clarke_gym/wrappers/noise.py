@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
+from clarke_gym.numerics.checks import check_not_negative
 from clarke_gym.numerics.noise import normals
 from clarke_gym.wrappers.codec import face_of, place_of
 from clarke_gym.wrappers.goals import AsksRewards
@@ -40,8 +41,7 @@ class Noise:
     def __init__(
         self, env: Any, space: Any, num_envs: int, deviation: float, sensors: str | None
     ) -> None:
-        if not 0.0 <= deviation < np.inf:
-            raise ValueError(f"deviation must be finite and >= 0, got {deviation!r}")
+        check_not_negative("deviation", deviation)
         box = space["observation"] if isinstance(space, gym.spaces.Dict) else space
         if not isinstance(box, gym.spaces.Box):
             raise TypeError(f"noise needs observations of numbers, got the space {box!r}")

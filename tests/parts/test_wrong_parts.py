@@ -33,7 +33,7 @@ def begin(env_id, num_envs=None, **keywords):
     make = gym.make if num_envs is None else gym.make_vec
     env = make(env_id, **keywords | ({} if num_envs is None else {"num_envs": num_envs}))
     env.reset(seed=0)
-    env.step(np.zeros(env.action_space.shape))
+    return env.step(np.ones(env.action_space.shape))[0]
 
 
 def starts(value):
@@ -238,7 +238,9 @@ class HandsOn:
 
 def test_a_physics_may_hand_on_what_another_has():
     register_physics("test_hands_on", HandsOn)
-    begin("clarke_gym/Reach-v0", physics="test_hands_on")
+    names = ("test_hands_on", "constant_curvature")
+    seen = [begin("clarke_gym/Reach-v0", physics=name) for name in names]
+    np.testing.assert_array_equal(*seen)
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,14 @@ import mujoco
 import numpy as np
 
 from clarke_gym.kinematics import rotate
-from clarke_gym.numerics.checks import check_choice, check_positive, check_vector
+from clarke_gym.numerics.checks import (
+    check_choice,
+    check_not_negative,
+    check_positive,
+    check_vector,
+)
 from clarke_gym.physics.base import DISK_RIM_M
 from clarke_gym.physics.mujoco.links import Backbone, Chain
-from clarke_gym.physics.mujoco.possible import check_payload
 from clarke_gym.physics.mujoco.scene import add_scene
 from clarke_gym.physics.mujoco.tendons import folded_axes, tendon_offsets
 from clarke_gym.physics.statics import STANDARD_GRAVITY_M_S2
@@ -157,7 +161,7 @@ def build_chain(
     check_choice("actuation", actuation, ACTUATIONS)
     folded = profile.folded if folded is None else folded
     folded = folded and routing == "ideal" and actuation == "displacement"
-    check_payload(payload_kg)
+    check_not_negative("payload_kg", payload_kg)
     quaternion = check_vector("base_quaternion", base_quaternion, 4)
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-6:
         raise ValueError(f"base_quaternion must have length 1, got {base_quaternion!r}")

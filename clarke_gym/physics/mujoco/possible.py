@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from clarke_gym.numerics.checks import is_positive
+from clarke_gym.numerics.checks import check_not_negative
 from clarke_gym.physics.statics import most_payload_kg, taut_gain
 from clarke_gym.robots import Robot
 
@@ -28,7 +28,7 @@ def check_possible(robot: Robot, payload_kg: float) -> None:
     --------
     >>> check_possible(Robot(), 0.0)
     """
-    check_payload(payload_kg)
+    check_not_negative("payload_kg", payload_kg)
     for k, segment in enumerate(robot.segments, 1):
         gain = taut_gain(segment)
         if gain < LEAST_GAIN:
@@ -49,22 +49,3 @@ def check_possible(robot: Robot, payload_kg: float) -> None:
             f"payload_kg={payload_kg!r} is more than this robot can be simulated under: at most "
             f"{most:.3g} kg"
         )
-
-
-def check_payload(payload_kg: float) -> None:
-    """Refuse what is no mass.
-
-    Parameters
-    ----------
-    payload_kg : float
-
-    Raises
-    ------
-    ValueError
-
-    Examples
-    --------
-    >>> check_payload(0.01)
-    """
-    if payload_kg != 0.0 and not is_positive(payload_kg):
-        raise ValueError(f"payload_kg must be finite and >= 0, got {payload_kg!r}")

@@ -170,7 +170,7 @@ class TendonSprings:
         self._derive()
 
     def gains(self, folded: bool) -> FloatArray:
-        """Return the stiffness [N/m] of every simulated tendon of robots of their own.
+        """Return the stiffness [N/m] of every simulated tendon, 0 where it is broken.
 
         Parameters
         ----------
@@ -179,7 +179,7 @@ class TendonSprings:
 
         Returns
         -------
-        ndarray, shape (B, 2S) or (B, N)
+        ndarray, shape (B, 2S) or (B, N), or (N,) where no robot has its own
         """
         if folded:
             return self._scales * np.repeat(self.stiffness[:, self._first], 2, axis=1)
@@ -196,10 +196,9 @@ class TendonSprings:
         -------
         ndarray, shape (R, N), twice
         """
-        stiffness = np.where(self.intact, self.stiffness, 0.0)
+        stiffness, size = self.gains(folded=False), (len(rows), 1)
         if self.own:
             return stiffness[rows], self.preload[rows]
-        size = (len(rows), 1)
         return np.tile(stiffness, size), np.tile(self.preload, size)
 
     def _equilibrium(self, preload: FloatArray) -> tuple[FloatArray, FloatArray]:
